@@ -164,10 +164,10 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         if variable is None and abs(facts.ends[-1] - stop) < INSTANTS[-1] * np.spacing(max(abs(facts.ends[-1]), span)):
             advice += f"at the end of the span: also list {facts.ends[-1]} in `breaks`"
         elif variable is None:
-            advice += "at this time: list the times at which inputs jump in `breaks`"
+            advice += "at this time: list in `breaks` the times at which inputs jump"
             nearest = min(facts.ends[1:-1], key=lambda t: abs(t - stop), default=np.inf)
             if abs(nearest - stop) < NEAR * span:
-                advice += f", to all digits: the listed time {nearest} differs by {abs(nearest - stop):.1e}"
+                advice += f", with all digits: the listed time {nearest} differs by {abs(nearest - stop):.1e}"
         else:
             advice += (
                 f"near this value of variable {variable}, and F may switch at every step (chattering), as dry friction and "
@@ -377,7 +377,7 @@ def _missing_entry(
     rounding = 100.0 * structure.rounding(*sizes)[:, None]
     is_missing &= np.any([part * moved > rounding for part, moved in zip(sizes, structure.sizes, strict=True)], axis=0)
     for row, column in np.argwhere(is_missing):
-        return f"equation {row} changes with variable {column} (counted from 0): add this entry to `sparsity`"
+        return f"equation {row} depends on variable {column} (counted from 0): add this entry to `sparsity`"
     return None
 
 

@@ -38,7 +38,7 @@ def _in_bytes(function: Function, n: int, name: str = "residual") -> Any:
             elif values.ndim == 1:
                 found = f"{values.size} values"
             else:
-                found = f"an array of the shape {values.shape}"
+                found = f"an array of shape {values.shape}"
             raise ValueError(f"{name} returned {found}: must be {n} values")
         return values.tobytes()
 
@@ -62,7 +62,7 @@ def _vector(name: str, values: ArrayLike, n: int | None = None) -> Array:
     vector = _real(name, values)
     if vector.ndim != 1 or not vector.size or (n is not None and len(vector) != n):
         wanted = "a vector" if n is None else f"a vector of {n} entries"
-        raise ValueError(f"{name} has the shape {vector.shape}: must be {wanted}")
+        raise ValueError(f"{name} has shape {vector.shape}: must be {wanted}")
     if not np.isfinite(vector).all():
         raise ValueError(f"{name} has non-finite entries")
     return vector
@@ -73,7 +73,7 @@ def _marks(name: str, marks: Any, n: int) -> list[bool] | None:
         return None
     vector = np.asarray(marks, dtype=bool)
     if vector.shape != (n,):
-        raise ValueError(f"{name} has the shape {vector.shape}: must have {n} entries")
+        raise ValueError(f"{name} has shape {vector.shape}: must have {n} entries")
     return vector.tolist()
 
 
@@ -85,7 +85,7 @@ def _output_times(t_eval: ArrayLike | None, t0: float, t_end: float) -> list[flo
     if not np.isfinite(times).all():
         raise ValueError("t_eval has non-finite entries")
     if times.ndim != 1:
-        raise ValueError(f"t_eval has the shape {times.shape}: must be a sequence of times")
+        raise ValueError(f"t_eval has shape {times.shape}: must be a sequence of times")
     if (np.diff(times) * sign < 0).any():
         raise ValueError("t_eval must be sorted in the direction of integration")
     if times.size and (sign * (times[0] - t0) < 0 or sign * (times[-1] - t_end) > 0):
@@ -119,7 +119,7 @@ def _pattern(sparsity: Any, n: int) -> tuple[NDArray[np.int64], NDArray[np.int64
         dense = np.asarray(sparsity)
         shape, (rows, columns) = dense.shape, np.nonzero(np.atleast_2d(dense))[:2]
     if shape != (n, n):
-        raise ValueError(f"sparsity has the shape {shape}: must be ({n}, {n})")
+        raise ValueError(f"sparsity has shape {shape}: must be ({n}, {n})")
     entries = np.unique(columns.astype(np.int64) * n + rows)
     offsets = np.searchsorted(entries, np.arange(n + 1) * n)
     return offsets, entries % n

@@ -293,14 +293,14 @@ def solve_dae(
     indices = None if given is None else [int(i) for i in given]
     if family == "bdf" and excluded is None and indices is not None and max(indices) > 1:
         raise ValueError(
-            f'index has a {max(indices)}, which "bdf" does not use: use a Radau method, or, for '
+            f'index contains {max(indices)}, which "bdf" does not use: use a Radau method, or, for '
             "index 2, exclude these components from the error test with `suppress`"
         )
     highest = max(indices or [0])
     is_hidden = highest > 1
     if initial == "algebraic" and is_hidden:
         raise ValueError(
-            f'initial = "algebraic" is for index 0 and 1, but index has a {highest}: give initial '
+            f'initial = "algebraic" is for index 0 and 1, but index contains {highest}: give initial '
             "values that satisfy the constraints and their derivatives"
         )
     if not isinstance(args, Sequence) or isinstance(args, str):
@@ -368,7 +368,7 @@ def solve_dae(
         rates = constraints.yp
         for equation in constraints.changing:
             warnings.warn(
-                f"equation {equation} (counted from 0), a constraint on positions, changes at the rate "
+                f"equation {equation} (counted from 0), a constraint on positions, changes at rate "
                 f"{constraints.rates[equation]:.2e}: the velocities are not consistent and will jump in the "
                 "first step. `consistent_start` computes consistent ones",
                 stacklevel=2,
@@ -671,8 +671,8 @@ def _expect_consistent(structure: Structure, residual: Function, t: float, toler
         equations, value, change = found
         raise RuntimeError(
             f"the initial values are not consistent at t = {t}: a combination of the equations {listed(equations)} (counted "
-            f"from 0), which contains no derivatives, has the residual {value:.2e}, but changes of y within the tolerances "
-            f"change it only by {change:.2e}: give a y0 that satisfies it"
+            f"from 0), which contains no derivatives, has residual {value:.2e}, but changing y within the tolerances "
+            f"changes it only by {change:.2e}: give a y0 that satisfies it"
         )
 
 
@@ -776,7 +776,7 @@ def _changing_after(
     return [
         (
             "break",
-            f"equation {i} (counted from 0), a constraint on positions, changes at the rate {after.rates[i]:.2e} after the "
+            f"equation {i} (counted from 0), a constraint on positions, changes at rate {after.rates[i]:.2e} after the "
             f"break at t = {of_part[0]:.6g}: the velocities jump there, and the multipliers are impulses within the first "
             "step. End there, and start again with velocities from `consistent_start`",
         )

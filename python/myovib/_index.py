@@ -46,7 +46,7 @@ def index_note(
     index = structure.index()
     if index > HIGHEST:
         return (
-            f"the equations seem to have the index {index}, but Radau methods support at most {HIGHEST}: replace "
+            f"the equations seem to have index {index}, but Radau methods support at most {HIGHEST}: replace "
             "constraints by their derivatives"
         ), True
     tested = [j for j in hidden if suppress is None or not suppress[j]]
@@ -55,8 +55,8 @@ def index_note(
         if index == HIGHEST:
             # This also holds if all of these variables are excluded from the error test.
             return (
-                f"the variables {listed(hidden)} (counted from 0) have an index above 1, and the equations have the index 3, "
-                "for which BDF is inaccurate or stops: use a Radau method with `index`, or the GGL form, of index 2"
+                f"the variables {listed(hidden)} (counted from 0) have an index above 1, and the equations have index "
+                "3, for which BDF is inaccurate or stops: use a Radau method with `index`, or the GGL form, of index 2"
             ), False
         remedy = "exclude them from the error test with `suppress`, or use a Radau method with `index`"
         return (f"{described}: {remedy}" if tested else ""), False

@@ -87,7 +87,7 @@ def read_mesh(
     possible = [name for name, parts in mesh.cell_data.items() if all(p.ndim == 1 and p.dtype.kind in "iu" for p in parts)]
     if array is None and possible:
         warnings.warn(
-            f"{path} has the integer cell arrays {', '.join(possible)}: select one as groups with `group`",
+            f"{path} has the integer cell arrays {', '.join(possible)}: set `group` to the array that defines the groups",
             stacklevel=2,
         )
     excluded = [

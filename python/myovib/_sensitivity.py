@@ -71,7 +71,7 @@ class Sensitivities:
         shape = (n, len(self.parameters))
         start = np.zeros(shape) if dy0_dp is None else _real("dy0_dp", dy0_dp)
         if start.shape != shape:
-            raise ValueError(f"dy0_dp has the shape {start.shape}: must be {shape}, a column for each parameter")
+            raise ValueError(f"dy0_dp has shape {start.shape}: must be {shape}, a column for each parameter")
         if not np.isfinite(start).all():
             raise ValueError("dy0_dp has non-finite entries")
         self.start = start
@@ -92,7 +92,7 @@ class Sensitivities:
             function = _with(self._df_dp, (self.parameters, *self._args), "df_dp")
             matrix = _real("df_dp", function(t, y, yp))
             if matrix.shape != (self.n, n_parameters):
-                raise ValueError(f"df_dp returned the shape {matrix.shape}: must be {(self.n, n_parameters)}")
+                raise ValueError(f"df_dp returned shape {matrix.shape}: must be {(self.n, n_parameters)}")
             return matrix.ravel()
         return np.column_stack([self._quotient(j, t, y, yp) for j in range(n_parameters)]).ravel()
 

@@ -53,7 +53,7 @@ class DenseOutput:
             If a time is outside of the interval, or if `t` has more than one dimension.
         """
         if np.ndim(t) > 1:
-            raise ValueError(f"t has the shape {np.shape(t)}: must be a time or a vector of times")
+            raise ValueError(f"t has shape {np.shape(t)}: must be a time or a vector of times")
         times = np.atleast_1d(np.asarray(t, dtype=float))
         rounding = 4.0 * np.spacing(np.abs(self._ends).max())
         outside = ~((times >= self.t_min - rounding) & (times <= self.t_max + rounding))

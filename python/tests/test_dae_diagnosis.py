@@ -576,7 +576,7 @@ def test_entries_that_sparsity_lacks_after_the_start_are_named(method):
 
     with pytest.warns(UserWarning, match="`sparsity`"):
         s = solve_dae(turning, (0, 3), [0, 0, 0], [1, 0, 0], method, sparsity=np.eye(3))
-    assert not s.success and "equation 1 changes with variable 2" in s.message
+    assert not s.success and "equation 1 depends on variable 2" in s.message
 
 
 def test_dry_friction_from_rest_is_named_for_the_first_step_of_bdf():

@@ -37,7 +37,7 @@ pub fn rejects_initial_values_that_contradict_the_equations<M: Method>(method: &
             };
             let mut solver = start(&wrong);
             let printed = refused(&mut solver);
-            for part in ["equation 2", "the residual 6.00e0", "correct_initial_values"] {
+            for part in ["equation 2", "has residual 6.00e0", "correct_initial_values"] {
                 assert!(printed.contains(part), "{printed}");
             }
             assert_eq!((solver.y(), solver.y_dot()), (&wrong[..], &y_dot[..]));

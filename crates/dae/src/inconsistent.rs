@@ -18,13 +18,13 @@ pub enum Inconsistent {
     },
     /// The problem states no constraints.
     #[error(
-        "the problem states no constraints: implement Problem::n_constraints and \
+        "the problem defines no constraints: implement Problem::n_constraints and \
          Problem::constraints, including hidden constraints"
     )]
     NoConstraints,
     /// The problem states an index above 1, so the requested values do not determine a consistent state.
     #[error(
-        "{component} has the index {index}, but ConsistencyMode::AlgebraicAndDerivatives requires at most 1: use \
+        "{component} has index {index}, but ConsistencyMode::AlgebraicAndDerivatives requires at most 1: use \
          ConsistencyMode::Constraints"
     )]
     IndexTooHigh {

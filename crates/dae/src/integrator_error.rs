@@ -19,7 +19,7 @@ pub enum IntegratorError {
     #[error("{what}[{index}] = {value} is not finite")]
     NotFinite { what: &'static str, index: usize, value: f64 },
     /// An output time or a stop time is before the current time.
-    #[error("the time {t_out} is behind the current time t = {t} in the direction of integration")]
+    #[error("time {t_out} is behind the current time t = {t} in the direction of integration")]
     TimeBehind { t_out: f64, t: f64 },
     /// Dense output was requested outside the last step, or for a derivative whose order is too high.
     #[error(
@@ -43,7 +43,9 @@ pub enum IntegratorError {
     #[error("possible only before the first step, not at t = {t}")]
     AfterTheStart { t: f64 },
     /// Sensitivities were started while the integrator pauses within a step, for example at a root.
-    #[error("t = {t} is within a step: sensitivities start at the end of a step, or after reinit")]
+    #[error(
+        "t = {t} is within a step: sensitivities can start only at the end of a step or after reinit"
+    )]
     WithinStep { t: f64 },
     /// No values that satisfy the equations and the constraints of the problem were found.
     #[error("no consistent initial values at t = {t}: {source}")]

@@ -27,7 +27,7 @@ impl std::fmt::Display for MissingEntry {
         let what = if self.is_rate_matrix { "the derivative of " } else { "" };
         write!(
             f,
-            "equation {row} changes with {what}y[{column}], but the pattern has no entry in row {row}, column \
+            "equation {row} depends on {what}y[{column}], but the pattern has no entry in row {row}, column \
              {column} (counted from 0): the pattern must contain the entries of ∂F/∂y and of ∂F/∂ẏ"
         )
     }

@@ -42,7 +42,7 @@ impl fmt::Display for Remedy {
             Self::AnotherCall => "another call, which continues",
             Self::MoreSteps => "a higher max_steps",
             Self::LowerIndex => {
-                "the derivative of the constraint instead of the constraint, which lowers the index"
+                "replacing the constraint by its derivative, which lowers the index"
             }
             Self::ConsistentStart => {
                 "initial values that satisfy the equations (for index 1, call correct_initial_values) and, for an \
@@ -56,11 +56,11 @@ impl fmt::Display for Remedy {
             Self::TighterTolerances => "tighter tolerances",
             Self::LooserMultipliers => "looser tolerances for velocities and multipliers",
             Self::StateConstraints => {
-                "stating the constraints (Problem::constraints) and correcting the initial values \
-                 by them"
+                "defining the constraints (Problem::constraints) and correcting the initial values by \
+                 them"
             }
             Self::StateIndices => {
-                "stating the index of each variable (Problem::indices), if one is above 1"
+                "specifying the index of each variable (Problem::indices), if one is above 1"
             }
             Self::Radau => "Radau IIA, which supports indices up to 3 without changes",
         })

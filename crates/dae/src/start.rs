@@ -36,8 +36,8 @@ impl std::fmt::Display for InconsistentStart {
         };
         write!(
             f,
-            "the initial values are not consistent at t = {t}: {what} has the residual {residual:.2e} (equations are \
-             counted from 0), but changes of y within the tolerances change it only by {change:.2e}: {remedy}"
+            "the initial values are not consistent at t = {t}: {what} has residual {residual:.2e} (equations are \
+             counted from 0), but changing y within the tolerances changes it only by {change:.2e}: {remedy}"
         )
     }
 }

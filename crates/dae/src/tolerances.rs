@@ -111,7 +111,7 @@ pub const UNTESTED: f64 = 1e10;
 /// Components are to be excluded by index, but the problem does not state indices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "components cannot be excluded by index, because the problem does not state indices: implement \
+    "components cannot be excluded by index, because the problem does not define indices: implement \
      Problem::indices, or select them with Suppressed::Components"
 )]
 pub struct NoIndices;

@@ -24,7 +24,7 @@ pub enum SparseError {
         column: Option<usize>,
     },
     /// A pivot is zero or not finite. The matrix requires another order of elimination or pivoting.
-    #[error("a pivot is zero or not finite in the fixed order of elimination")]
+    #[error("a pivot is zero or not finite in the fixed elimination order")]
     ZeroPivot,
     /// The matrix needs pivoting but is too large for the pivoting solver.
     #[error("the {n} × {n} matrix needs pivoting, but is too large for the pivoting solver")]

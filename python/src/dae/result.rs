@@ -54,14 +54,14 @@ pub(super) fn in_python(message: &str) -> String {
         ("correct_initial_values", "initial=\"algebraic\""),
         (
             at_break.as_str(),
-            "listing nearby times at which an input jumps or has a kink in `breaks` (or `events`, if they depend on y)",
+            "listing in `breaks` (or `events`, if they depend on y) nearby times at which an input jumps or has a kink",
         ),
         ("(initial_step)", "(first_step)"),
         ("(suppressed)", "(suppress)"),
         ("Problem::indices", "index="),
         // Constraints can only be stated in Rust.
         (
-            "; or stating the constraints (Problem::constraints) and correcting the initial values by them",
+            "; or defining the constraints (Problem::constraints) and correcting the initial values by them",
             "",
         ),
     ];

@@ -252,7 +252,7 @@ fn entries_of_the_derivative_are_found_and_failures_are_ignored() {
     let missing = check_diagonal(&[1.0, 1.0], coupled).unwrap_err();
     assert_eq!((missing.row, missing.column, missing.is_rate_matrix), (0, 1, true));
     let printed = missing.to_string();
-    assert!(printed.starts_with("equation 0 changes with the derivative of y[1]"), "{printed}");
+    assert!(printed.starts_with("equation 0 depends on the derivative of y[1]"), "{printed}");
     let fails = |_: &[f64], _: &[f64], _: &mut [f64]| Err(StepError::Fatal("no".into()));
     assert_eq!(check_diagonal(&[1.0, 1.0], fails), Ok(()));
 }

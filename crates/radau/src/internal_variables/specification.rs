@@ -64,7 +64,7 @@ impl InternalVariables {
     pub(super) fn validate(&self) -> Result<(), IntegratorError> {
         let mut end = 0;
         for InternalVariableGroup { slots, terms } in &self.parts {
-            let (start, expected) = (slots.start as f64, "the end of the part before, or 0");
+            let (start, expected) = (slots.start as f64, "the end of the previous group, or 0");
             expect(
                 "first slot of a group of internal variables",
                 start,

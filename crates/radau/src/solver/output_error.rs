@@ -44,9 +44,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if error >= allowed && self.resolves_multipliers(h)? {
             return Err(Failure::Rejected(Rejection {
                 reason: StopReason::ErrorTestFailures,
-                message: format!(
-                    "error within the step {error:.2e} times the tolerance at h = {h:e}"
-                ),
+                message: format!("dense output error {error:.2e} times the tolerance at h = {h:e}"),
                 step_factor: proposal / h,
             }));
         }

@@ -37,7 +37,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.interpolation.active = self.options.dense_output;
         if self.counters.statistics.steps == 0 {
             let is_other = t_out != self.t;
-            expect("t_out", t_out, is_other, "a time other than t at the first step")?;
+            expect("t_out", t_out, is_other, "different from t at the first step")?;
         }
         let outcome = self.step_within(t_out, self.options.stop_time)?;
         if matches!(outcome, Outcome::StopTime { .. }) {

@@ -66,7 +66,7 @@ fn wrong_input_is_named() {
         ),
         (
             RadauOptions { stop_time: Some(-1.0), ..default() },
-            "the time -1 is behind the current time t = 0 in the direction of integration",
+            "time -1 is behind the current time t = 0 in the direction of integration",
         ),
         (
             RadauOptions { max_newton_iterations: Some(1 << 31), ..default() },

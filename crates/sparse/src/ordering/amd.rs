@@ -21,6 +21,6 @@ pub(super) fn order(neighbors: &AdjacencyList) -> Vec<u32> {
         amd::Control::default(),
         MemStack::new(&mut MemBuffer::new(scratch)),
     )
-    .expect("indices of 64 bits do not overflow");
+    .expect("64-bit indices do not overflow");
     order.iter().map(|&node| node as u32).collect()
 }

@@ -284,7 +284,8 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
         // F may be undefined within the step.
         match within.acts(&mut self.problem, &mut self.linear, &self.weights) {
             Ok(true) => {
-                let message = format!("an input acts within the step to t = {}", self.t_called);
+                let message =
+                    format!("an input acts during the step that ends at t = {}", self.t_called);
                 (self.failures.recoverable, self.failures.function) = (Some(message), None);
                 Convergence::Failed
             }

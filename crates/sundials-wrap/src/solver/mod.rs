@@ -116,7 +116,7 @@ impl<P: Problem> IdaSolver<P> {
         if t_out == self.t && self.ida.counter(Counter::Steps) == 0 {
             // IDAS determines the direction and the scale of the first step from t_out.
             let is_allowed = matches!(task, Task::Normal);
-            expect("t_out", t_out, is_allowed, "a time other than t at the first step")?;
+            expect("t_out", t_out, is_allowed, "different from t at the first step")?;
             return Ok(Outcome::Reached { t: t_out });
         }
         self.consistent.map_err(IntegratorError::from)?;

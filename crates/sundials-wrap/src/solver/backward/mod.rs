@@ -254,7 +254,7 @@ impl<P: Problem> IdaSolver<P> {
         let t = forward_run.runs.iter().map(|run| run.t).reduce(f64::min);
         let t = t.ok_or(none)?;
         let within = t_out >= self.t0;
-        expect("t_out", t_out, within, "a time at or after the start of the forward run")?;
+        expect("t_out", t_out, within, "at or after the start of the forward run")?;
         if t_out >= t {
             return Err(IntegratorError::TimeBehind { t_out, t }.into());
         }
