@@ -109,7 +109,7 @@ pub enum FemError {
     InteriorFacet { group: String, vertices: Vec<usize> },
     /// The model has no plane of symmetry normal to the axis, or more than one.
     #[error(
-        "the rim of the group does not determine a plane of symmetry normal to {}: the boundary next to it must be in \
+        "the rim of the group does not determine a plane of symmetry normal to {}: the adjacent boundary must be in \
          one such plane, with all nodes fixed along that axis",
         ["x", "y", "z"][*axis]
     )]
@@ -255,7 +255,7 @@ pub enum MshProblem {
     },
     /// Geometry with volumes, but without tetrahedra.
     #[error(
-        "the volumes of the file are not meshed, only their {meshed}: use `gmsh -3 -format msh41` instead of \
+        "the volumes in the file are not meshed, only their {meshed}: use `gmsh -3 -format msh41` instead of \
          `-{dimension}`; if the volumes are in no physical group, add them to one, since Gmsh saves only groups"
     )]
     NotMeshed {

@@ -129,7 +129,7 @@ fn at_vertices(mesh: &Mesh, element: usize, name: &str) -> Result<[[f64; 3]; 4],
     let field = mesh.field(name)?;
     if field.components != 3 {
         return Err(FemError::Count {
-            what: "components of a field of directions",
+            what: "components of a direction field",
             found: field.components,
             needed: 3,
         });

@@ -252,7 +252,7 @@ fn check_fung_weights(values: &[f64]) -> Result<(), FemError> {
         Some(i) => Err(FemError::Parameter {
             name: ["b_4", "b_5", "b_6"][i],
             value: [fs, sn, nf][i],
-            condition: "so small that the matrix (b_1, b_4, b_6; b_4, b_2, b_5; b_6, b_5, b_3) has no negative eigenvalue",
+            condition: "small enough that the matrix (b_1, b_4, b_6; b_4, b_2, b_5; b_6, b_5, b_3) has no negative eigenvalue",
         }),
     }
 }

@@ -126,8 +126,8 @@ impl Advice {
         let (order, least) = (self.max_order(), self.least_damping());
         let angle = least.min(1.0).acos().to_degrees();
         let bound = match SECTORS.into_iter().find(|(o, _)| *o == order) {
-            Some((_, degrees)) => format!("within {degrees}°, the sector of order {order}"),
-            None => format!("beyond {}°, the sector of order 3", SECTORS[2].1),
+            Some((_, degrees)) => format!("within the {degrees}° sector of order {order}"),
+            None => format!("outside the {}° sector of order 3", SECTORS[2].1),
         };
         format!(
             "order {order}: the least damped mode that the steps do not resolve has a damping ratio of {least:.3}, so \
@@ -209,7 +209,7 @@ impl Advice {
     fn magnified(&self) -> String {
         let index = self.index();
         format!(
-            "the index {index} of {} amplifies the residual of Newton's method by 1/h^{}",
+            "index {index} of {} amplifies the residual of Newton's method by 1/h^{}",
             symbols(&self.highest()),
             index - 1
         )

@@ -109,7 +109,9 @@ pub(super) fn resonance(slow_modes: &[f64], drive: Option<f64>) -> Option<Findin
     let mode = slow_modes.iter().find(|mode| (drive / **mode - 1.0).abs() < RESONANCE)?;
     Some(Finding {
         fields: Vec::new(),
-        problem: format!("the load at {drive:.3} Hz is close to the eigenfrequency {mode:.3} Hz"),
+        problem: format!(
+            "the load at {drive:.3} Hz is close to the eigenfrequency of {mode:.3} Hz"
+        ),
         remedies: vec![Remedy::Scene(
             "expect large motions limited only by damping, or change the frequency",
         )],

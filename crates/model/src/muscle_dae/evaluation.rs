@@ -68,16 +68,15 @@ impl MuscleDae {
             let (force, group) = (contact.signals()[0].at(t).value, contact.group());
             if force < 0.0 {
                 let message = format!(
-                    "the force on the obstacle at the group `{group}` is {force} N at t = {t} s: an obstacle can only \
+                    "the force on the obstacle at group `{group}` is {force} N at t = {t} s: an obstacle can only \
                      press, not pull"
                 );
                 return Err(StepError::Fatal(message.into()));
             }
             let distance = contact.driven_distance(t, 1.0, &self.work.displacement);
             if distance.is_some_and(f64::is_nan) {
-                let message = format!(
-                    "the force on the obstacle at the group `{group}` moves it past the body"
-                );
+                let message =
+                    format!("the force on the obstacle at group `{group}` moves it past the body");
                 return Err(StepError::Recoverable(message));
             }
         }

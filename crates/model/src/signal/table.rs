@@ -37,7 +37,7 @@ impl Points {
             return fail("number in a table", *bad, "finite");
         }
         if let Some(pair) = times.windows(2).find(|pair| pair[1] <= pair[0]) {
-            return fail("time in a table", pair[1], "greater than the one before it");
+            return fail("time in a table", pair[1], "greater than the previous time");
         }
         Ok(Self::spanning(times, values))
     }

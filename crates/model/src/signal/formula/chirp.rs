@@ -97,7 +97,7 @@ impl TimeFunction for Chirp {
             key: "duration",
             problem: "the sweep has no duration",
             found: format!("duration = {}", self.duration),
-            allowed: "a positive time, s",
+            allowed: "a positive time in s",
             next: "for a single frequency, use { type = \"sine\", amplitude = ..., frequency = ... }",
         })
     }

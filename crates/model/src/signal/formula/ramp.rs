@@ -54,7 +54,7 @@ impl TimeFunction for Ramp {
             key: "end",
             problem: "the ramp ends before it starts",
             found: format!("start = {start}, end = {end}"),
-            allowed: "an end after the start, s",
+            allowed: "an end after the start, in s",
             next: "for a jump, use a step: { type = \"step\", value = ..., start = ..., rise = 0 }",
         })
     }
