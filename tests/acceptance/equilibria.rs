@@ -98,7 +98,7 @@ fn a_part_of_the_load_is_read_off_as_such() {
     assert!(replaced.stderr.contains("weighed"), "{}", replaced.stderr);
     let moved = myovib_in(folder.path(), &["run", "motion.toml", "--quiet", "--out", "motion"]);
     assert_eq!(moved.code, 0, "{}", moved.stderr);
-    let reported = format!("with {:.1} % of the loads of that run", 100.0 * part);
+    let reported = format!("reached only {:.1} % of its loads", 100.0 * part);
     assert!(moved.stderr.contains(&reported), "{}", moved.stderr);
     // A sweep also rejects a partially loaded equilibrium as the result of a case.
     let vary = format!("prescribed_displacement[0].x=-0.01,{}", -0.97);

@@ -78,7 +78,10 @@ fn a_wrong_scene_is_explained_and_writes_nothing() {
         ("mesh.type=file", "needs `path`"),
         ("fields.interval=0", "out of range"),
         ("region=[{ name = \"r\", center = [0, 0], radii = [-1, 1] }]", "must be positive lengths"),
-        ("parameter=[{ key = \"material[0].c1\" }]", "the scene has no number `material[0].c1`"),
+        (
+            "parameter=[{ key = \"material[0].c1\" }]",
+            "the scene has no numeric key `material[0].c1`",
+        ),
         ("region=[{ name = \"\", center = [0, 0], radii = [1, 1] }]", "a region needs a name"),
     ] {
         let run = myovib_in(folder.path(), &["run", "init", "--out", "out", "--set", set]);

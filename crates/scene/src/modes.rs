@@ -155,14 +155,14 @@ impl Modes {
         modes.notes.extend(oscillating_preload(muscle, preload_time));
         let is_active = scene.file.material.iter().any(|own| own.active.is_some());
         if preload_time.is_none() && is_active && muscle.models().next().is_none() {
-            let note = "the modes are those of the body at rest, without its active tension; \
+            let note = "the modes apply to the body at rest, without active tension; \
                         `modes.preload_time` selects an equilibrium under tension";
             modes.notes.push(note.to_owned());
         }
         if let Some(chain) = scene.chain_that_acts() {
-            modes.notes.push(format!(
-                "the modes exclude the chain `{chain}`, which acts back on the body"
-            ));
+            modes
+                .notes
+                .push(format!("the modes exclude the chain `{chain}`, which acts on the body"));
         }
         Ok(Self {
             load: 0.0,
@@ -218,7 +218,7 @@ const VIBRATION: f64 = 1e-4;
 pub(crate) fn oscillating_preload(muscle: &Muscle, preload_time: Option<f64>) -> Option<String> {
     let (t, frequency) = (preload_time?, muscle.forcing_frequency()?);
     Some(format!(
-        "the preload includes oscillating loads, such as one at {frequency} Hz, with their values at t = {t} s"
+        "the preload includes oscillating loads, such as one at {frequency} Hz, at their values at t = {t} s"
     ))
 }
 
@@ -234,10 +234,7 @@ pub(crate) fn negative_damping(modes: &[Mode]) -> Option<String> {
     let ratios = modes.iter().map(|mode| mode.damping_ratio.unwrap_or(0.0));
     let (k, ratio) = ratios.enumerate().min_by(|(_, left), (_, right)| left.total_cmp(right))?;
     (ratio < NEGATIVE).then(|| {
-        format!(
-            "mode {} has the damping ratio {ratio:.1e}: its vibrations grow; {ENERGY_GAIN}",
-            k + 1
-        )
+        format!("mode {} has damping ratio {ratio:.1e}: its vibrations grow; {ENERGY_GAIN}", k + 1)
     })
 }
 
@@ -251,7 +248,7 @@ fn inaccurate(modes: &[Mode]) -> Option<String> {
     let (k, residual) = residuals.max_by(|(_, left), (_, right)| left.total_cmp(right))?;
     (residual.is_nan() || residual > MOST_RESIDUAL).then(|| {
         format!(
-            "mode {} has the relative residual {residual:.1e}: its frequency may be inaccurate; check units and mesh for \
+            "mode {} has relative residual {residual:.1e}: its frequency may be inaccurate; check units and mesh for \
              very different stiffnesses or very small elements",
             k + 1
         )

@@ -20,7 +20,7 @@ pub fn map<T: Sync, R: Send>(
             items.get(i).map(|item| (i, item))
         } {
             let result = f(item);
-            results.lock().expect("no thread panics with the lock")[i] = Some(result);
+            results.lock().expect("no thread panics while holding the lock")[i] = Some(result);
         }
     };
     thread::scope(|scope| {

@@ -140,8 +140,8 @@ impl State {
         }
         if let Some(part) = self.load_reached.filter(|part| *part < 1.0) {
             notes.push(format!(
-                "initial_state.folder: the body starts in equilibrium with {:.1} % of the loads of that run, which were not reached; \
-                 all loads of this scene act from t = 0",
+                "initial_state.folder: that run reached only {:.1} % of its loads, and the body starts in equilibrium \
+                 with these; all loads of this scene act from t = 0",
                 100.0 * part
             ));
         }

@@ -20,10 +20,11 @@ impl<'a> FitProgress<'a> {
     /// measured time span.
     pub(super) fn iteration(&self, number: usize, part: f64, cost: f64) {
         let share = match part < 1.0 {
-            true => format!("the first {:.0} % of the measurements' time", 100.0 * part),
+            true => format!("the first {:.0} % of the measurement time", 100.0 * part),
             false => "all measurements".to_owned(),
         };
-        let text = format!("iteration {number}: half the sum of squares {cost:.6e}, over {share}");
+        let text =
+            format!("iteration {number}: half the sum of squares is {cost:.6e} over {share}");
         self.sink.on_progress(&|| text.clone());
         let mut iteration = self.iteration.lock().unwrap_or_else(PoisonError::into_inner);
         *iteration = text;

@@ -17,7 +17,8 @@ pub(super) fn check(about: Option<&[f64]>, solid: &Solid) -> Result<(), Wrong<In
     let dimension = solid.space().dimension();
     match about {
         Some(point) if point.len() != dimension => {
-            let error = InputError::new(format!("a point of this mesh needs {dimension} numbers"));
+            let error =
+                InputError::new(format!("a point in this mesh needs {dimension} coordinates"));
             Err((".about", InvalidPlace::Input(error.found(format!("{point:?}")))))
         }
         _ => Ok(()),

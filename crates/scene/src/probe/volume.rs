@@ -45,13 +45,13 @@ impl Kind for Volume {
         let enclosed = at(".symmetry", self.enclosed(solid))?;
         if self.symmetry.is_none() && enclosed.may_end_at_symmetry(solid) {
             let error = InputError::new(format!(
-                "the group `{}` ends at nodes that are fixed along some axes, and its rim is not flat: closing the opening by a \
-                 cone over the rim would cut off a part of the volume",
+                "the group `{}` ends at nodes that are fixed along some axes, and its rim is not flat: closing the \
+                 opening with a cone over the rim would cut off part of the volume",
                 self.group
             ));
             let error = error.next(
-                "specify the planes of symmetry, such as symmetry = [\"x\", \"y\"] for planes across x and y, or \
-                 symmetry = [] to close the volume by the cone",
+                "specify the planes of symmetry, such as symmetry = [\"x\", \"y\"] for planes normal to x and y, or \
+                 symmetry = [] to close the volume with the cone",
             );
             return Err((".group", InvalidPlace::Input(error)));
         }

@@ -169,7 +169,7 @@ impl Response {
     /// factorization fails.
     pub fn of_scene(scene: &Scene, watcher: Watcher<'_>) -> Result<Self, Error> {
         let Some(wanted) = &scene.file.response else {
-            return Err(InputError::new("the scene has no table [response]").into());
+            return Err(InputError::new("the scene has no [response] table").into());
         };
         let grid = wanted.frequencies.grid().map_err(InputError::new)?;
         let values = Values::of_scene(scene)?;
@@ -188,7 +188,7 @@ impl Response {
                 })?
             }
             _ => {
-                let error = InputError::new("the scene has no body and no rod that could vibrate");
+                let error = InputError::new("the scene has no body or rod that could vibrate");
                 return Err(error.allowed("a scene with a [mesh] and [solid], or a [rod]").into());
             }
         };
@@ -296,7 +296,7 @@ pub(crate) type HarmonicProbes = Vec<(String, Box<dyn Reading>)>;
 pub(crate) fn harmonic_probes(scene: &Scene) -> Result<HarmonicProbes, InputError> {
     if let Some(chain) = scene.chain_that_acts() {
         let error = InputError::new(format!(
-            "the chain `{chain}` acts back on the body, and its oscillators have no harmonic response"
+            "the chain `{chain}` acts on the body, and its oscillators have no harmonic response"
         ));
         let error = error.next("remove the feedback, or use analysis = \"dynamic\"");
         return Err(scene.wrong("analysis", error));

@@ -42,7 +42,7 @@ impl Largest {
             _ => return None,
         };
         Some(format!(
-            "amplitudes reach {found}: a linear response is inaccurate there; reduce the loads, to which amplitudes are \
+            "the response reaches {found}: linearization is inaccurate there; reduce the loads, to which amplitudes are \
              proportional, or compute a periodic state"
         ))
     }

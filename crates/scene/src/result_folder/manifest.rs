@@ -60,7 +60,7 @@ impl Manifest {
     pub(super) fn read(folder: &Path) -> Result<Option<Self>, InputError> {
         let path = folder.join(NAME);
         let wrong = |found: String| {
-            InputError::new("the list of the files in the folder cannot be read")
+            InputError::new("the list of files in the folder cannot be read")
                 .at(path.display())
                 .found(found)
                 .next("choose another folder")
@@ -87,7 +87,7 @@ impl Manifest {
         let files = names
             .map(|name| name.filter(|name| is_plain_name(name)))
             .collect::<Option<Vec<String>>>()
-            .ok_or_else(|| wrong("a line without the name of a file".to_owned()))?;
+            .ok_or_else(|| wrong("a line without a file name".to_owned()))?;
         Ok(Some(Self {
             header,
             known: files.iter().cloned().collect(),

@@ -292,7 +292,7 @@ impl ResultFolder {
         };
         if !manifest.lists(name) {
             if fs::symlink_metadata(&path).is_ok() {
-                let error = io::Error::other("the file exists and was not made by this program");
+                let error = io::Error::other("the file exists and was not written by this program");
                 return Err(Error::file("write", &path)(error));
             }
             manifest.add(&self.path, name)?;

@@ -120,7 +120,7 @@ impl Checkpoint {
         let wrong = |message: String| {
             InputError::new(message)
                 .at(path.display())
-                .next("--overwrite computes the run from its start")
+                .next("--overwrite computes the run from the start")
         };
         let bytes = inputs::content(&path)
             .map_err(|error| wrong(format!("cannot read the checkpoint: {error}")))?;

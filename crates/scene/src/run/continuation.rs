@@ -58,8 +58,9 @@ impl Branch {
         let pointer: String = parts.map(|part| format!("/{}", part.trim())).collect();
         let found = scene.written().pointer(&pointer).and_then(Value::as_f64);
         let Some(from) = found else {
-            let error = InputError::new(format!("the scene has no number `{key}`"));
-            let error = error.next("choose a number in the scene, such as traction[0].y.frequency");
+            let error = InputError::new(format!("the scene has no numeric key `{key}`"));
+            let error =
+                error.next("choose a numeric key of the scene, such as traction[0].y.frequency");
             return Err(scene.wrong("periodic.continuation.parameter", error).into());
         };
         if from == wanted.to {

@@ -15,8 +15,8 @@ pub(super) fn cut(path: &Path, written: &Written) -> Result<(File, Option<String
         InputError::new("the table was changed after the checkpoint: rows would be missing")
             .at(path.display())
             .found(found)
-            .allowed(format!("{} rows, {} bytes at least", written.rows, written.bytes))
-            .next("--overwrite computes the run from its start")
+            .allowed(format!("at least {} rows, {} bytes", written.rows, written.bytes))
+            .next("--overwrite computes the run from the start")
     };
     match fs::symlink_metadata(path) {
         Err(error) => return Err(missing(error.to_string()).into()),

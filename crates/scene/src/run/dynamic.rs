@@ -269,7 +269,7 @@ fn restore<P: System>(
         && !system.set_driven(driven)
     {
         let error = InputError::new("the checkpoint belongs to other chains of oscillators");
-        return Err(error.next("--overwrite computes the run from its start").into());
+        return Err(error.next("--overwrite computes the run from the start").into());
     }
     Ok(())
 }
@@ -335,7 +335,7 @@ fn fields(
     if let Some(file) = series.missing().or(oscillations.missing()) {
         let error = InputError::new("a file that the checkpoint requires is missing")
             .at(file.display())
-            .next("--overwrite computes the run from its start");
+            .next("--overwrite computes the run from the start");
         return Err(error.into());
     }
     let times = SampleTimes::new(fields.interval, scene.t_end).skip(done.len() as u64);

@@ -121,7 +121,7 @@ pub(crate) fn expect_one_equilibrium(scene: &Scene) -> Result<(), InputError> {
     }
     if scene.file.loading_path.is_some() {
         let error = InputError::new("a loading path starts from the unloaded body");
-        return Err(error.next("remove the table [static], or omit --from-neighbor"));
+        return Err(error.next("remove the [static] table, or omit --from-neighbor"));
     }
     Ok(())
 }
@@ -129,7 +129,7 @@ pub(crate) fn expect_one_equilibrium(scene: &Scene) -> Result<(), InputError> {
 /// Rejects options that apply only to time-dependent analyses.
 fn without_motion(options: &RunOptions<'_>) -> Result<(), InputError> {
     let wrong = |option: &str, message: &str, next: &str| {
-        let error = InputError::new(format!("this analysis has no steps in time: {message}"));
+        let error = InputError::new(format!("this analysis has no time steps: {message}"));
         Err(error.at(option).next(next))
     };
     match options {

@@ -202,7 +202,7 @@ impl Period {
             }
             (None, None) => {
                 let error = InputError::new("a periodic state needs a body or a rod under load");
-                Err(error.next("compute the motion of chains alone").into())
+                Err(error.next("for chains alone, use analysis = \"dynamic\"").into())
             }
         }
     }

@@ -197,8 +197,8 @@ impl Search<'_> {
             Ok(settled) if settled.leading.is_stable() != Some(false) => Ok((settled, None)),
             Ok(_) | Err(ModelError::NoPeriodicState { .. } | ModelError::PeriodStopped { .. }) => {
                 let note = format!(
-                    "the periodic state is unstable: the motion leaves it, and {periods} periods later it does not repeat \
-                     (chains, for example, may not follow the loads); `myovib run` computes this motion"
+                    "the periodic state is unstable: the motion leaves it and does not repeat {periods} periods later \
+                     (for example, chains may not follow the loads); `myovib run` computes this motion"
                 );
                 Ok((first, Some(note)))
             }

@@ -112,7 +112,7 @@ impl<P: System + Consistent + Clone, S: StartInterval<P>> Refinement<'_, P, S> {
         let Watcher { progress, interrupt } = self.watcher;
         progress.on_progress(&|| {
             format!(
-                "periodic: {n} periods integrated in {steps} steps, the ends differ by {smallest:.1e} (tolerance {tolerance:.1e})"
+                "periodic: {n} periods integrated in {steps} steps, end states differ by {smallest:.1e} (tolerance {tolerance:.1e})"
             )
         });
         let mut limits = Limits::new(f64::INFINITY, interrupt);

@@ -313,9 +313,9 @@ fn note_of(points: &[CriticalPoint]) -> Option<String> {
     let words = points.iter().map(|point| {
         let [from, to] = point.loads;
         match point.kind {
-            CriticalKind::Limit => format!("limit point at the load factor {from:.6}"),
+            CriticalKind::Limit => format!("limit point at load factor {from:.6}"),
             CriticalKind::Bifurcation => {
-                format!("bifurcation between the load factors {from:.6} and {to:.6}")
+                format!("bifurcation between load factors {from:.6} and {to:.6}")
             }
         }
     });
@@ -328,7 +328,7 @@ fn unfinished(control: &Control, end: &PathEnd) -> Option<Outcome> {
     let is_short = matches!(control, Control::ArcLength { .. }) && end.reached.abs() < 1.0;
     is_short.then(|| {
         let message = format!(
-            "the path ends at the load factor {:.6} after {} steps: increase `static.steps`",
+            "the path ends at load factor {:.6} after {} steps: increase `static.steps`",
             end.reached, end.load_steps
         );
         Outcome::ended(EndReason::MaxSteps, message)

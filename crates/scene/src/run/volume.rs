@@ -111,7 +111,7 @@ impl Volumes {
         let is_plausible = PLAUSIBLE.contains(&smallest) && PLAUSIBLE.contains(&largest);
         (!is_plausible && is_nearly_incompressible(muscle)).then(|| {
             format!(
-                "det F ranges from {smallest:.3} to {largest:.3} at the vertices of elements, although `bulk_modulus` is at least \
+                "det F ranges from {smallest:.3} to {largest:.3} at element vertices, although `bulk_modulus` is at least \
                  {NEARLY_INCOMPRESSIBLE} times the shear modulus: the mesh does not resolve the deformation. Refine it \
                  where the volume changes (`J` in [fields]), or reduce the load"
             )

@@ -39,13 +39,13 @@ impl Builder<'_> {
             (Some(mesh), Some(solid)) => Some(self.body(file, mesh, solid)?),
             (None, None) => None,
             (Some(_), None) => {
-                let error = InputError::new("a scene with a mesh needs a table [solid]")
-                    .next("add a table [solid] with `bulk_modulus`, in Pa");
+                let error = InputError::new("a scene with a mesh needs a [solid] table")
+                    .next("add a [solid] table with `bulk_modulus` in Pa");
                 return Err(self.wrong("mesh", error));
             }
             (None, Some(_)) => {
                 let error = InputError::new("a body needs a mesh")
-                    .next("add a table [mesh], for example with type = \"muscle\"");
+                    .next("add a [mesh] table, for example with type = \"muscle\"");
                 return Err(self.wrong("solid", error));
             }
         };
@@ -234,7 +234,7 @@ impl Builder<'_> {
         let place = |vertex: usize| written(space.node_point(vertex));
         if let Some(&vertex) = held.undetermined.first() {
             let error = InputError::new(format!(
-                "bulk_modulus = inf, but all nodes of the part around the vertex {vertex} at ({}) are fixed or moved: no equation determines its pressure",
+                "bulk_modulus = inf, but all nodes of the part around vertex {vertex} at ({}) are fixed or moved: no equation determines its pressure",
                 place(vertex)
             ))
             .next("remove that part from the mesh, and fix or move its boundary instead")
@@ -244,7 +244,7 @@ impl Builder<'_> {
         if let Some(&vertex) = held.tied.first() {
             let more = and_more(held.tied.len());
             self.notes.borrow_mut().push(format!(
-                "all nodes of the elements at the vertex {vertex} at ({}){more} are fixed: for bulk_modulus = inf the pressure there equals the pressure at another vertex of the element",
+                "all nodes of the elements at vertex {vertex} at ({}){more} are fixed: for bulk_modulus = inf the pressure there equals the pressure at another vertex of the element",
                 place(vertex)
             ));
         }
@@ -268,7 +268,7 @@ impl Builder<'_> {
             let vertex = space.pressure_vertices()[first];
             let more = and_more(dependent.len());
             self.notes.borrow_mut().push(format!(
-                "too few nodes are free to determine the pressure at the vertex {vertex} at ({}){more}: for bulk_modulus = inf it equals the pressure at another vertex of the element",
+                "too few nodes are free to determine the pressure at vertex {vertex} at ({}){more}: for bulk_modulus = inf it equals the pressure at another vertex of the element",
                 written(space.node_point(vertex))
             ));
             space = Arc::new(space.as_ref().clone().with_pressures_tied(&dependent));

@@ -64,7 +64,7 @@ impl<'a> Builder<'a> {
         if values.len() == dimension {
             return Ok(std::array::from_fn(|i| values.get(i).copied().unwrap_or(0.0)));
         }
-        let error = InputError::new(format!("a vector of this mesh needs {dimension} numbers"));
+        let error = InputError::new(format!("a vector in this mesh needs {dimension} components"));
         Err(self.wrong(path, error.found(format!("{values:?}"))))
     }
 

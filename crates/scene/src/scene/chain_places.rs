@@ -178,7 +178,7 @@ impl Builder<'_> {
         }
         if found.is_empty() {
             let [low, high] = bounds(space.coordinates(), space.dimension());
-            let error = InputError::new("no point of the grid is in the body")
+            let error = InputError::new("no grid point is in the body")
                 .found(format!("{n} points from {from:?} to {to:?}"))
                 .allowed(format!("points of the body, which extends from {low:?} to {high:?} m"));
             return Err(self.wrong(path, error));
@@ -210,7 +210,7 @@ impl Builder<'_> {
                 false => {
                     let probe = Probe::located_at(solid.space(), at);
                     let error = InputError::new(format!(
-                        "the material at the position ({}) of the chain has no fibers",
+                        "the material at the chain's position ({}) has no fibers",
                         written(probe.point())
                     ));
                     Err(self.wrong(path, error.next(GIVE_FIBER)))

@@ -90,8 +90,9 @@ impl Builder<'_> {
                 let activation = self.activation(file, active, &path)?;
                 if let Some(factor) = &active.spatial_factor {
                     if !matches!(activation, Activation::Given(_)) {
-                        let error =
-                            InputError::new("only a given tension can have a spatial factor");
+                        let error = InputError::new(
+                            "only a tension of type = \"given\" can have a spatial factor",
+                        );
                         let error = error.next("use type = \"given\", or several materials");
                         return Err(self.wrong(&format!("{path}.spatial_factor"), error));
                     }
@@ -139,7 +140,7 @@ impl Builder<'_> {
         let Some((value, center)) = negative else {
             return Ok(());
         };
-        let error = InputError::new(format!("the factor of the tension at {center:?} is negative"));
+        let error = InputError::new(format!("the tension factor at {center:?} is negative"));
         let error = error.found(value).allowed("0 or more at the centers of the elements");
         Err(self.wrong(&format!("{path}.spatial_factor"), error))
     }
@@ -322,7 +323,7 @@ impl Builder<'_> {
             return Ok(());
         }
         let error = InputError::new(format!("{what} without stiffness and damping has no effect"));
-        let next = format!("set `stiffness`, {}, or `damping`, {}", units[0], units[1]);
+        let next = format!("set `stiffness` in {}, or `damping` in {}", units[0], units[1]);
         Err(self.wrong(path, error.next(next)))
     }
 }

@@ -144,7 +144,7 @@ impl Builder<'_> {
         }
         let error = InputError::new(format!("the nodal field `{name}` cannot be a factor"))
             .found(format!("{} values at each node", field.components))
-            .allowed("one for all components, or three, one for each");
+            .allowed("one for all components, or one for each of three");
         Err(self.wrong(key, error))
     }
 }

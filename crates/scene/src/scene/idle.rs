@@ -48,7 +48,7 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     };
     if let Some((t, key)) = of_equilibrium.filter(|(t, _)| is_unloaded(&body.muscle, *t)) {
         notes.push(format!(
-            "all loads are 0 at t = {t} s, when the equilibrium is computed: {key} sets another time"
+            "all loads are 0 at t = {t} s, the time of the equilibrium: set another time with {key}"
         ));
     }
     notes
@@ -130,7 +130,7 @@ fn held(i: usize, traction: &Traction, muscle: &Muscle) -> Vec<String> {
     };
     let words = axes.filter(is_held).map(|axis| {
         format!(
-            "traction[{i}].{} has no effect: all of `{}` is fixed or has a prescribed displacement along it",
+            "traction[{i}].{} has no effect: all of `{}` is fixed or has a prescribed displacement in this direction",
             NAMES[axis], traction.group
         )
     });

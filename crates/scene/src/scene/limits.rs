@@ -43,7 +43,7 @@ pub(super) fn coarse_probes(file: &SceneFile, t_end: f64, drive: Option<f64>) ->
     let names: Vec<String> = coarse.iter().map(|probe| format!("`{}`", probe.name)).collect();
     let interval = coarse.iter().map(|probe| probe.interval).reduce(f64::max)?;
     Some(format!(
-        "the interval of {interval} s of the probes {} does not resolve the load frequency of {drive} Hz: set \
+        "the interval of {interval} s of probes {} does not resolve the load frequency of {drive} Hz: set \
          `interval` to 1/20 of the load period, {:.1e} s, or less",
         names.join(", "),
         0.05 / drive
@@ -63,13 +63,13 @@ impl Builder<'_> {
         if file.time.is_some() && !(self.t_end / DRIFT_SAMPLES).is_normal() {
             let error = InputError::new("the end time is too small to be divided into samples")
                 .found(format!("{:e} s", self.t_end))
-                .allowed("a longer time, s");
+                .allowed("a longer time in s");
             return Err(self.wrong("time.end", error));
         }
         if file.probe.len() > MAX_PROBES {
             let error = InputError::new("the scene has too many probes")
                 .found(file.probe.len())
-                .allowed(format!("at most {MAX_PROBES}: each has a file open"))
+                .allowed(format!("at most {MAX_PROBES}: each keeps a file open"))
                 .next("use lines of points, or write fields");
             return Err(self.wrong(&format!("probe[{MAX_PROBES}]"), error));
         }
@@ -78,7 +78,7 @@ impl Builder<'_> {
             if file.probe.len() > most {
                 let n = file.probe.len();
                 let error =
-                    InputError::new("each probe keeps a file open, and the system allows fewer")
+                    InputError::new("each probe keeps a file open; the system allows fewer files")
                         .found(format!("{n} probes"))
                         .allowed(format!(
                             "{most}: a process may have {files} files open here, and needs some for other purposes"

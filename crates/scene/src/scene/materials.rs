@@ -146,11 +146,10 @@ impl Builder<'_> {
         match smallest {
             (value, _) if value > 0.0 => Ok(()),
             (value, place) => {
-                let error = InputError::new(format!(
-                    "the factor of the stress at {place:?} is not positive"
-                ))
-                .found(value)
-                .allowed("positive values at the vertices of the material");
+                let error =
+                    InputError::new(format!("the stress factor at {place:?} is not positive"))
+                        .found(value)
+                        .allowed("positive values at the vertices of the material");
                 Err(self.wrong(&format!("{path}.spatial_factor"), error))
             }
         }
@@ -302,7 +301,9 @@ impl Builder<'_> {
             return wrong("a direction cannot be zero".to_owned());
         }
         if mesh.dimension() == 2 && unit_vector(vector)[2].abs() > 1e-10 {
-            return wrong("directions of a plane body lie in its plane: z must be 0".to_owned());
+            return wrong(
+                "directions of a plane body must lie in its plane: z must be 0".to_owned(),
+            );
         }
         Ok(vector)
     }

@@ -93,7 +93,7 @@ impl Builder<'_> {
         for (key, list) in [("center", &region.center), ("radii", &region.radii)] {
             if list.len() != dimension {
                 let error =
-                    InputError::new(format!("a region of this mesh needs {dimension} numbers"))
+                    InputError::new(format!("a region in this mesh needs {dimension} numbers"))
                         .found(format!("{list:?}"));
                 return Err(self.wrong(&format!("{path}.{key}"), error));
             }
@@ -101,7 +101,7 @@ impl Builder<'_> {
         if !region.radii.iter().all(|&radius| radius > 0.0) {
             let error = InputError::new("the semi-axes of a region must be positive lengths")
                 .found(format!("{:?}", region.radii))
-                .allowed("numbers greater than 0, m");
+                .allowed("numbers greater than 0, in m");
             return Err(self.wrong(&format!("{path}.radii"), error));
         }
         if mesh.groups().contains_key(&region.name) {
@@ -119,11 +119,9 @@ impl Builder<'_> {
         };
         let inside: Vec<usize> = (0..mesh.n_elements()).filter(is_inside).collect();
         if inside.is_empty() {
-            let error = InputError::new(format!(
-                "the region contains no center of a {}",
-                mesh.shape().name
-            ))
-            .next("move or widen it, or refine the mesh");
+            let error =
+                InputError::new(format!("the region contains no {} center", mesh.shape().name))
+                    .next("move or widen it, or refine the mesh");
             return Err(self.wrong(path, error));
         }
         let mut groups = mesh.groups().clone();

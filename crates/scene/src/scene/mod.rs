@@ -295,7 +295,7 @@ impl Scene {
         let n_elements = mesh.n_elements();
         if body.unresolved_fibers > n_elements / RARE {
             notes.push(format!(
-                "in {} of {n_elements} elements fibers at two vertices are more than 120° apart: the mesh does not \
+                "in {} of {n_elements} elements, fiber directions at two vertices are more than 120° apart: the mesh does not \
                  resolve the change of direction; refine it there, or reverse vectors of opposite sign",
                 body.unresolved_fibers
             ));
@@ -305,7 +305,7 @@ impl Scene {
         }
         if body.opposed_fibers > 0 {
             notes.push(format!(
-                "at {} quadrature points the fibers of the vertices oppose each other: the direction of the nearest vertex is used",
+                "at {} quadrature points, fiber directions at the vertices are opposite: the direction of the nearest vertex is used",
                 body.opposed_fibers
             ));
         }
@@ -390,7 +390,7 @@ impl Scene {
         match quantity {
             _ if !self.is_response() => None,
             _ if about_rest && quantity.has_kink_at_rest() => Some(
-                "principal values and von Mises stresses have no derivative at rest and are omitted; a preload gives them one",
+                "principal values and von Mises stresses have no derivative at rest and are omitted; a preload makes them differentiable",
             ),
             Quantity::VolumeRatio if self.body.as_ref().is_some_and(is_incompressible) => {
                 Some("the volume ratio of an incompressible body is constant and is omitted")
@@ -444,7 +444,7 @@ impl Scene {
         match file.analysis {
             analysis if analysis.is_in_time() && file.time.is_none() => {
                 let error = InputError::new("the analysis requires a time interval")
-                    .next("add a table [time] with `end`, in s")
+                    .next("add a [time] table with `end` in s")
                     .next("or set `analysis` to \"static\", \"modes\" or \"response\"");
                 return Err(builder.wrong("", error));
             }

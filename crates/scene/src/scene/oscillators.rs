@@ -59,7 +59,7 @@ impl DrivenChain {
     pub(super) fn note(&self) -> Option<String> {
         let (kept, all) = (self.places.len(), self.places.len() + self.outside);
         (self.outside > 0).then(|| {
-            format!("chain `{}`: {kept} of the {all} points of its grid lie in the body", self.name)
+            format!("chain `{}`: {kept} of the {all} grid points are in the body", self.name)
         })
     }
 }

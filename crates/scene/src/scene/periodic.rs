@@ -55,14 +55,14 @@ impl Builder<'_> {
     ) -> Result<[f64; 2], InputError> {
         if let Some(chain) = chains_that_act(file).next() {
             let error = InputError::new(format!(
-                "the chain `{chain}` acts back on the body: such periodic states are not supported"
+                "the chain `{chain}` acts on the body: such periodic states are not supported"
             ));
             let error = error.next("remove the feedback, or use analysis = \"dynamic\"");
             return Err(self.wrong("analysis", error));
         }
         if body.is_some_and(|body| body.muscle.models().next().is_some()) {
             let error = InputError::new(
-                "the activation model `bestel` is a single beat, which does not repeat",
+                "the activation model `bestel` describes a single beat, which does not repeat",
             );
             let error = error.next("use a tension of type = \"given\"");
             return Err(self.wrong("analysis", error));
@@ -138,7 +138,7 @@ impl Builder<'_> {
                 let error = InputError::new("the loads have several frequencies")
                     .found(format!("{} Hz", frequencies.join(", ")))
                     .next(
-                        "set periodic.frequency, Hz; all load frequencies must be multiples of it",
+                        "set periodic.frequency in Hz; all load frequencies must be multiples of it",
                     );
                 Err(self.wrong("analysis", error))
             }

@@ -94,8 +94,8 @@ fn shared_reactions(file: &SceneFile, body: &Body) -> Vec<String> {
             let common = shared(own, components);
             if !common.is_empty() {
                 notes.push(format!(
-                    "the reactions of `{other}` and `{group}` have {} fixed components of shared nodes in common: \
-                     their sum counts these forces twice in {}",
+                    "the reactions of `{other}` and `{group}` share {} fixed components at common nodes: their \
+                     sum counts these forces twice in {}",
                     common.len(),
                     columns(&common)
                 ));

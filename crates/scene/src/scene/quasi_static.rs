@@ -17,7 +17,7 @@ impl Builder<'_> {
         ];
         if let Some((part, _)) = parts.into_iter().find(|(_, given)| *given) {
             let error = InputError::new(
-                "a quasi-static analysis needs a body on a mesh, without rods and chains",
+                "a quasi-static analysis needs a body on a mesh, without rods or chains",
             )
             .next(format!("remove `{part}`, or use analysis = \"dynamic\""));
             return Err(self.wrong(part, error));

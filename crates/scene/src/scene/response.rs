@@ -10,7 +10,7 @@ impl Builder<'_> {
     pub(super) fn response(&self, file: &SceneFile) -> Result<(), InputError> {
         let Some(response) = &file.response else {
             let error = InputError::new("a response requires frequencies").next(
-                "add a table [response] with `frequencies`, Hz, or use --frequencies 1..60:120",
+                "add a [response] table with `frequencies` in Hz, or use --frequencies 1..60:120",
             );
             return Err(self.wrong("analysis", error));
         };

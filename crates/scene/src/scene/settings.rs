@@ -200,7 +200,7 @@ pub(super) fn missing(wanted: &IntegratorSettings, formulation: Formulation) -> 
     let missing = blocks.filter(|block| !fields(**block).iter().any(|f| formulation.has(*f)));
     let words = missing.map(|block| {
         format!(
-            "integrator.error_test.exclude: `{}` has no {}, which is ignored",
+            "integrator.error_test.exclude: `{}` has no {}: this entry is ignored",
             formulation.name(),
             block.name()
         )

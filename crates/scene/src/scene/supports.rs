@@ -79,7 +79,7 @@ impl Builder<'_> {
                     NAMES[axis],
                     written(space.node_point(node))
                 ))
-                .next("remove a group, or use separate nodes or the same motion");
+                .next("remove one group, or use separate nodes or the same motion");
                 let path = last.map_or("", |last| &moves[last].component.path);
                 return Err(self.wrong(path, error));
             }
@@ -150,7 +150,7 @@ impl Builder<'_> {
                 }
                 if given == [&None; 3] && harmonic.is_none() {
                     if moving.spatial_factor.is_some() {
-                        let error = InputError::new("a rotation has no spatial factor")
+                        let error = InputError::new("a rotation cannot have a spatial factor")
                             .next("remove it, or add x, y or z");
                         return Err(self.wrong(&format!("{entry}.spatial_factor"), error));
                     }
@@ -193,7 +193,7 @@ impl Builder<'_> {
                 return Err(self.wrong(&format!("{path}.axis"), error.next("remove `axis`")));
             }
             (None, _) => {
-                let error = InputError::new("a rotation in space needs its axis");
+                let error = InputError::new("a rotation in space needs an axis");
                 return Err(
                     self.wrong(&path, error.next("add `axis`, for example [0.0, 0.0, 1.0]"))
                 );

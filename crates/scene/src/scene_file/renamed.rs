@@ -54,7 +54,7 @@ const KEYS: &[(&str, &str)] = &[
 ];
 
 /// Keys whose unit changed as well.
-const UNITS: &[(&str, &str)] = &[("chain.half_width", " in Hz: divide the rad/s by 2π")];
+const UNITS: &[(&str, &str)] = &[("chain.half_width", " in Hz: divide rad/s by 2π")];
 
 /// Old values: the keys with new names, the old value and the new value.
 const VALUES: &[(&str, &str, &str)] = &[

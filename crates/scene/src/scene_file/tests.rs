@@ -196,7 +196,7 @@ fn notes_on_values_without_a_header_do_not_name_one() {
         set("fixed={ group = \"left\" }"),
         set("solid=[]"),
     ] {
-        assert!(error.contains("wrong kind"), "{error}");
+        assert!(error.contains("wrong type"), "{error}");
         assert!(!error.contains("in place of"), "{error}");
     }
 }

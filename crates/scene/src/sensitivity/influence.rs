@@ -204,7 +204,7 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<SceneParam
         }
         (_, Some(Value::Number(number))) => number.as_f64().unwrap_or(f64::NAN),
         (_, found) => {
-            let error = InputError::new(format!("the scene has no number `{key}`"));
+            let error = InputError::new(format!("the scene has no numeric key `{key}`"));
             return Err(match found {
                 Some(Value::Object(members)) => {
                     let names: Vec<&str> = members.keys().map(String::as_str).collect();

@@ -24,7 +24,7 @@ impl Parameterized {
                 let mut dae = MuscleDae::for_analysis(near.muscle.clone(), near.formulation);
                 initial(&near, &mut dae, Watcher::NOBODY).map_err(|cause| {
                     let message = format!(
-                        "a change of `{}` would load the body at t = 0, but it starts at rest",
+                        "a change in `{}` would load the body at t = 0, but it starts at rest",
                         known.key
                     );
                     let place = format!("parameter[{j}].key");

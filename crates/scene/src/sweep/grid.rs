@@ -106,7 +106,7 @@ pub(super) fn expect_free(axes: &[Axis], set: &[String]) -> Result<(), InputErro
         None => Ok(()),
         Some(text) => Err(InputError::new("this key is varied, so the value has no effect")
             .at(format!("--set {text}"))
-            .next("remove --set, or --vary of this key")),
+            .next("remove --set or --vary for this key")),
     }
 }
 

@@ -58,7 +58,7 @@ impl Sweep<'_> {
     fn is_unchanged(&self, input: &Input) -> bool {
         let folder = self.options.scene.parent().unwrap_or(Path::new(""));
         let path = folder.join(&input.file);
-        let mut hashes = self.hashes.lock().expect("no thread panics with the lock");
+        let mut hashes = self.hashes.lock().expect("no thread panics while holding the lock");
         let hash = hashes
             .entry(path)
             .or_insert_with_key(|path| Some(inputs::sha256(&inputs::content(path).ok()?)));

@@ -33,7 +33,7 @@ fn invalid_contractions_are_rejected_with_their_key() {
         (
             "contractility = 2e4",
             "spatial_factor = \"x\", contractility = 2e4",
-            ["spatial_factor", "only a given tension can have a spatial factor"],
+            ["spatial_factor", "only a tension of type = \"given\" can have a spatial factor"],
         ),
         ("stress = \"nominal\"", "spatial_factor = \"x - 1\"", ["spatial_factor", "is negative"]),
         ("diastole = 0.3", "diastole = -0.3", ["diastole", "after systole"]),

@@ -21,7 +21,7 @@ fn invalid_spatial_factors_are_rejected_with_their_key() {
             (SHEET, "\"2*z\"", "`z` is not a coordinate"),
             (BLOCK, "\"1/(x - x)\"", "has no finite value at ["),
             (BLOCK, "\"sqrt(y - 5)\"", "has no finite value at ["),
-            (BLOCK, "3.0", "has a value of the wrong kind"),
+            (BLOCK, "3.0", "has a value of the wrong type"),
             (BLOCK, "{ field = \"t\" }", "the mesh has no nodal field \"t\""),
             (BLOCK, "{ fields = \"t\" }", "did you mean `field`?"),
         ] {

@@ -35,7 +35,7 @@ fn invalid_keys_of_parameters_are_refused_with_their_place() {
         (&["material[1].c10"], NEO_HOOKE, "allowed: density, shear_modulus, stress_scale"),
         (&["material[1].shear_modulus"], NEO_HOOKE, "accepted"),
         (&["material[1].stress_scale"], NEO_HOOKE, "accepted"),
-        (&["material[7].c10"], "", "the scene has no number `material[7].c10`"),
+        (&["material[7].c10"], "", "the scene has no numeric key `material[7].c10`"),
         (&["mesh.refine"], "", "`mesh.refine` cannot be a parameter"),
         (&["traction[0].y"], "", "a table with "),
         (&[], "", "the scene defines no parameters"),
@@ -68,7 +68,7 @@ fn invalid_keys_of_parameters_are_refused_with_their_place() {
         ),
         (&["material[1].active.systole"], ACTIVE, "`contractility`"),
         (&["material[1].active.width"], ACTIVE, "cannot be differentiated"),
-        (&["solid.beta2"], "", "the scene has no number `solid.beta2`"),
+        (&["solid.beta2"], "", "the scene has no numeric key `solid.beta2`"),
         (&["time.end"], "", "numbers of solid, material"),
         (
             &["initial_state.value"],
@@ -127,7 +127,7 @@ fn parameters_that_end_the_rest_at_the_start_are_refused() {
     let it = Parameterized::load(&path, &more).unwrap();
     let message = it.dependences(&it.values()).unwrap_err().to_string();
     for part in [
-        "a change of `traction[0].y.phase` would load the body at t = 0",
+        "a change in `traction[0].y.phase` would load the body at t = 0",
         "key = \"traction[0].y.phase\"",
         "or start in equilibrium with them",
     ] {

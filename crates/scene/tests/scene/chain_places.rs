@@ -112,7 +112,7 @@ fn oscillators_in_a_rigid_motion_have_the_response_in_closed_form() {
         omega.sort_by(f64::total_cmp);
         assert!(omega.windows(2).all(|pair| pair[0] < pair[1]), "{name}");
     }
-    assert_eq!(scene.notes(), ["chain `grid`: 2 of the 4 points of its grid lie in the body"]);
+    assert_eq!(scene.notes(), ["chain `grid`: 2 of the 4 grid points are in the body"]);
 }
 
 #[test]
@@ -340,7 +340,7 @@ fn invalid_places_and_directions_are_rejected() {
         (
             "{ vertices = \"muscle\" }",
             "{ from = [1.0, 0.0, 0.0], to = [2.0, 0.0, 0.0], points = [3, 1, 1] }",
-            ["no point of the grid is in the body", "3 points"],
+            ["no grid point is in the body", "3 points"],
         ),
         (
             "{ vertices = \"muscle\" }",

@@ -38,7 +38,7 @@ fn keys_of_the_other_dimension_are_rejected() {
         (
             "group = \"left\"\n[[traction]]",
             "group = \"left\"\n[[region]]\nname = \"disc\"\ncenter = [0.0, 0.0]\nradii = [1.0, 1.0]\n[[traction]]",
-            "a region of this mesh needs 3 numbers",
+            "a region in this mesh needs 3 numbers",
         ),
         (
             "law = \"mooney-rivlin\"",

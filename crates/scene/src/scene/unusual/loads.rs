@@ -43,7 +43,7 @@ pub(super) fn strong_load(
                 load / shear,
                 readable(shear)
             );
-            (problem, "check the unit, Pa: loads far above the modulus invert elements")
+            (problem, "check the unit (Pa): loads far above the modulus invert elements")
         })
     })
 }

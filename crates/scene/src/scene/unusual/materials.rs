@@ -144,13 +144,13 @@ pub(super) fn kink(parts: &[Part]) -> Option<Unusual> {
         let (shear, jump) = (2.0 * (c10 + c01), c3 * c4);
         (softest < shear && jump > LARGEST_JUMP * shear).then(|| {
             let problem = format!(
-                "material[{i}]: fibers without stiffness in compression, and {jump:.1e} Pa in tension: beside a softer \
-                 material, Newton's method may fail where they are nearly unloaded"
+                "material[{i}]: the fibers have no stiffness in compression and {jump:.1e} Pa in tension: next to a \
+                 softer material, Newton's method may fail where they are nearly unloaded"
             );
             (
                 problem,
                 "if it fails, use holzapfel-ogden with a = 2 (c10 + c01), a_f = c3 c4/2, b = b_f = 0.01, a_s = a_fs = 0 and \
-                 k = 1e-6, whose fibers have one stiffness in tension and compression",
+                 k = 1e-6, whose fibers have the same stiffness in tension and compression",
             )
         })
     })

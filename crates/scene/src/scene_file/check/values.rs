@@ -85,7 +85,7 @@ pub(super) fn wrong_kind(value: &Value, expected: &str, schema: &Value, path: &s
         // The user writes `inf`, which our JSON tree cannot contain.
         Some("inf") => ("must be finite", "inf".to_owned()),
         _ => {
-            ("has a value of the wrong kind", format!("{}: {value}", with_article(kind_of(value))))
+            ("has a value of the wrong type", format!("{}: {value}", with_article(kind_of(value))))
         }
     };
     let error = InputError::new(format!("`{path}` {problem}"))
