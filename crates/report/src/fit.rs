@@ -277,7 +277,7 @@ fn html(result: &FitResult, plots: &[LinePlot], svg: &str) -> String {
          {}<h2>Correlation of the parameters</h2>\n<div class=\"wide\">{}</div>\n\
          <p>Two parameters with a correlation near 1 or -1 have nearly the same effect on the measurements.</p>\n\
          <h2>Iterations</h2>\n<p>The cost is half the sum of the squared residuals, or of the losses. The first \
-         iterations may use the first part of the measurements and rough runs: see the column part of \
+         iterations may use the first part of the measurements and less accurate runs: see the part column of \
          <code>history.csv</code>.</p>\n{iterations}",
         match result.outcome() {
             Outcome::Converged => "",

@@ -36,7 +36,7 @@ fn description(found: &Periodic) -> String {
     let multipliers: Vec<String> = multipliers.collect();
     format!(
         "Periodic state at {} Hz, {}. Largest |multiplier|: {:.6}; leading multipliers: {}. \
-         {} Newton iterations, {} integrations over a period; the ends of the period differ by {:.1e}.",
+         {} Newton iterations, {} integrations over a period; the states at its ends differ by {:.1e}.",
         found.frequency,
         match found.is_stable {
             Some(true) => "stable",

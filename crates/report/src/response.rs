@@ -68,7 +68,7 @@ fn unresolved(found: &Response) -> &'static str {
             be higher than shown (`adaptive` resolves it).\n"
         }
         (true, false) => {
-            "–: the amplitude does not fall to half the power on both sides, or the maximum is not a resonance.\n"
+            "–: the amplitude does not fall to half power on both sides, or the maximum is not a resonance.\n"
         }
     }
 }

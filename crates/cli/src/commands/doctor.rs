@@ -98,7 +98,7 @@ fn remedies(linked: &Versions, build: &[BuildTool]) -> Vec<String> {
     }
     if *index_bits != 64 {
         remedies.push(format!(
-            "SUNDIALS is linked with {index_bits}-bit indices, but 64 bits are required: {REMEDY}"
+            "SUNDIALS is linked with {index_bits}-bit indices, but 64-bit indices are required: {REMEDY}"
         ));
     }
     remedies

@@ -131,7 +131,7 @@ fn of_scene(path: &Path, set: &[String], fixed: Option<Vec<String>>) -> anyhow::
     let all: Vec<_> = held.chain(moved).collect();
     if let (None, Some((group, _))) = (&fixed, all.iter().find(|(_, whole)| !whole)) {
         let error = InputError::new(format!(
-            "the scene fixes only some components of `{group}`; this command requires all of them to be fixed"
+            "the scene fixes only some components of `{group}`; this command requires all to be fixed"
         ));
         return Err(error
             .next("name the fixed groups with --fixed; `myovib check` computes the constant of the scene itself")

@@ -48,7 +48,8 @@ pub fn run(args: &InitArgs) -> anyhow::Result<Exit> {
     };
     if path.as_os_str() == "-" {
         if args.mesh {
-            let error = InputError::new("a mesh file cannot be written next to standard output");
+            let error =
+                InputError::new("cannot write a mesh file when the scene goes to standard output");
             return Err(error.next("name a FILE for the scene, or remove `--mesh`").into());
         }
         output::print(scene.text)?;

@@ -231,7 +231,7 @@ fn errors(estimate: &Value) -> String {
     };
     format!(
         "\nTime integration errors from a second run at rtol = {:.0e}, underestimated by at most a factor of \
-         {VERIFY_MARGIN}; the error of the mesh is not included.{cut}\n{}",
+         {VERIFY_MARGIN}; the mesh error is not included.{cut}\n{}",
         estimate["rtol"].as_f64().unwrap_or(f64::NAN),
         table.render(colored_stdout())
     )
@@ -251,7 +251,7 @@ fn indicator(probes: &Value) -> String {
     match worst.max_by(|a, b| a.0.total_cmp(&b.0)) {
         None => String::new(),
         Some((relative, probe, column)) => format!(
-            "\nTime integration errors from the error estimates of the steps: about {relative:.0e} of the largest value \
+            "\nTime integration errors, estimated from the steps: about {relative:.0e} of the largest value \
              (`{}` of `{}`); --verify measures them.\n",
             plain(column),
             plain(probe)

@@ -229,7 +229,7 @@ impl Table2Args {
                 .next("remove `--max-order`, or use --integrator bdf"));
         }
         if self.probe.is_some() && rows.len() != 1 {
-            return Err(InputError::new("the CSV file of a probe contains a single run")
+            return Err(InputError::new("the CSV file of a probe can contain only one run")
                 .at("--probe")
                 .found(format!("{} rows", rows.len()))
                 .allowed("one row")

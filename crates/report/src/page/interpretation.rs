@@ -10,9 +10,7 @@ fn volumes(document: &Value) -> String {
     let [smallest, largest] = [0, 1].map(|i| document["volume_ratios"][i].as_f64());
     match (smallest, largest) {
         (Some(smallest), Some(largest)) => {
-            format!(
-                " At the vertices of elements, det F ranged from {smallest:.3} to {largest:.3}."
-            )
+            format!(" At element vertices, det F ranged from {smallest:.3} to {largest:.3}.")
         }
         _ => String::new(),
     }
@@ -29,7 +27,7 @@ pub(super) fn meaning(document: &Value) -> String {
     }
 }
 
-const MODES: &str = "<p>Small free vibrations; Prony terms count as relaxed. The damping ratio includes α, β, \
+const MODES: &str = "<p>Small free vibrations; Prony terms are treated as relaxed. The damping ratio includes α, β, \
                      viscosity and elastic foundations, but not Prony terms; 1 is critical.</p>\n";
 const RESPONSE: &str = "<p>Small harmonic motions Re(û e<sup>iωt</sup>) of the linearized body. A positive phase leads \
                         the drive. Damping ratios are computed from half-power widths, Δf/(2f), which is valid for light \
@@ -47,9 +45,9 @@ fn meaning_of_equilibrium(document: &Value) -> String {
     let points = points.map(|point| {
         let [from, to] = [0, 1].map(|i| point["loads"][i].as_f64().unwrap_or(f64::NAN));
         match point["type"] == "limit" {
-            true => format!("<li>limit point at the load factor {from:.6}</li>\n"),
+            true => format!("<li>limit point at load factor {from:.6}</li>\n"),
             false => {
-                format!("<li>bifurcation between the load factors {from:.6} and {to:.6}</li>\n")
+                format!("<li>bifurcation between load factors {from:.6} and {to:.6}</li>\n")
             }
         }
     });

@@ -13,7 +13,7 @@ pub(super) fn of_period(trial: &PeriodTrial) -> String {
             format!("unknown, because the trial from the initial state stopped: {reason}")
         }
         None => format!(
-            "{:.1e} s per period, estimated by a trial of {} over {:.0} % of a period; the number of periods depends \
+            "{:.1e} s per period, estimated from a trial of {} over {:.0} % of a period; the number of periods depends \
              on damping and nonlinearity",
             seconds / part,
             counted(*steps, "step"),
@@ -54,7 +54,7 @@ impl Cost {
         match end {
             TrialEnd::Finished => {
                 format!(
-                    "cost            {steps}, {seconds:.2} s: the entire run was computed as a trial{unless}"
+                    "cost            {steps}, {seconds:.2} s: a trial computed the entire run{unless}"
                 )
             }
             TrialEnd::Patience => {
@@ -63,7 +63,7 @@ impl Cost {
                     t => format!("{t:.1e}"),
                 };
                 format!(
-                    "cost            at least {steps}{unless}: computed as a trial in {seconds:.1} s, to t = {t} of {} s",
+                    "cost            at least {steps}{unless}: a trial run of {seconds:.1} s reached t = {t} of {} s",
                     scene.t_end
                 )
             }

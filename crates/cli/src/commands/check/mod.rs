@@ -299,7 +299,7 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
     let place = match report.computed_on {
         Computed::Here => "computed from the scene's matrices",
         Computed::OnCoarseMesh => {
-            "by the rule of the formulation; computed on a coarse mesh with the same parameters"
+            "by the rule for this formulation; computed on a coarse mesh with the same parameters"
         }
     };
     let mut lines = vec![

@@ -44,7 +44,7 @@ const STATIC: [&str; 5] = ["x", "y", "z", "rotation", "value"];
 /// JSON document.
 pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, ResponseJson)> {
     let Some(wanted) = &scene.file().response else {
-        return Err(InputError::new("the scene has no table [response]").into());
+        return Err(InputError::new("the scene has no [response] table").into());
     };
     let (frequencies, largest) = match wanted.frequencies.grid().map_err(InputError::new)? {
         Grid::Fixed(values) => (Some(values.len()), values.last().copied().unwrap_or(0.0)),
@@ -86,12 +86,12 @@ pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, Res
     let total = found.seconds;
     lines.push(match found.frequencies {
         Some(n) => format!(
-            "cost            {} of {seconds:.1e} s, {total:.1} s on one thread",
+            "cost            {} of {seconds:.1e} s each, {total:.1} s on one thread",
             counted(n, "solution")
         ),
         None => format!(
-            "cost            {seconds:.1e} s per frequency; at most {MAX_FREQUENCIES}, chosen during the computation, \
-             take {total:.1} s on one thread"
+            "cost            {seconds:.1e} s per frequency; the maximum of {MAX_FREQUENCIES}, chosen adaptively, \
+             takes {total:.1} s on one thread"
         ),
     });
     let text = format!("harmonic response: {} unknowns\n\n{}\n", found.unknowns, lines.join("\n"));

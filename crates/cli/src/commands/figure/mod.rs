@@ -124,7 +124,7 @@ impl FigureArgs {
         match beside.into_iter().flatten().next() {
             None => Ok(()),
             Some(option) => Err(InputError::new(format!(
-                "the option has no effect on Figure {number}: it shows {shows}"
+                "the option has no effect on Figure {number}, which shows {shows}"
             ))
             .at(option)),
         }
