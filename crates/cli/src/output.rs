@@ -74,7 +74,7 @@ pub fn not_replaceable(path: &Path) -> Option<String> {
         return Some("it is not a regular file".to_owned());
     }
     if let Some(command) = result_folder::command_of(path) {
-        return Some(format!("it is a result of `myovib {command}` in this folder"));
+        return Some(format!("`myovib {command}` wrote it as a result of this folder"));
     }
     let reason = "the file exists and was not written by this program, so it is not replaced";
     (!is_ours(path)).then(|| reason.to_owned())

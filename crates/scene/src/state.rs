@@ -134,7 +134,7 @@ impl State {
         let mut notes = Vec::new();
         if let Some(end) = self.stopped_before {
             notes.push(format!(
-                "initial_state.folder: that run stopped at t = {} s, before its end at {end} s; this motion starts from there",
+                "initial_state.folder: that run stopped at t = {} s instead of {end} s; this motion starts from there",
                 self.t
             ));
         }

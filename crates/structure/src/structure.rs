@@ -141,7 +141,8 @@ fn variable_indices(
     for (degree, coefficient) in resolvent.iter().enumerate() {
         let norms: Vec<f64> = coefficient.row_iter().map(|row| row.norm()).collect();
         let largest = norms.iter().copied().fold(0.0, f64::max);
-        let subject = format!("variables that depend on derivative {degree} of a perturbation");
+        let subject =
+            format!("variables that depend on the derivative of order {degree} of a perturbation");
         let decision = RankDecision::new(subject, &norms, largest);
         for (variable, &norm) in variables.iter_mut().zip(&norms) {
             if decision.keeps(norm, largest) {

@@ -117,7 +117,10 @@ fn invalid_entries_are_reported_with_their_line() {
             "2 1 2 2\n",
             "1 1 2 2\n",
             39,
-            expected("an element type of the entity's dimension", "elements of dimension 2 on 1"),
+            expected(
+                "an element type of the entity's dimension",
+                "elements of dimension 2 in an entity of dimension 1",
+            ),
         ),
         ("2 5 \"body\"", "2 5 body", 8, expected("a name in double quotes", "2 5 body")),
     ] {

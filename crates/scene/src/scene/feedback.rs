@@ -43,8 +43,9 @@ impl Builder<'_> {
                     elements.iter().map(own).collect()
                 }
                 (Some(_), Some(_)) => {
-                    let error = InputError::new("chains in elements act on their own elements")
-                        .next("remove `group`, or name a chain at a point");
+                    let error =
+                        InputError::new("a chain inside an element acts only on this element")
+                            .next("remove `group`, or name a chain at a point");
                     return Err(self.wrong(&format!("{path}.group"), error));
                 }
                 (None, Some(group)) => Feedback::of_one_place(&self.indicator(mesh, group, &path)?),

@@ -89,7 +89,7 @@ fn chains_without_elements_are_refused() {
         ("elements = \"muscle\"", "elements = \"muscles\"", ["muscles", "muscle"]),
         ("elements = \"muscle\"", "elements = \"left\"", ["left", "contains no tetrahedra"]),
         ("oscillators = 4", "oscillators = 900000", ["too many oscillators", "in total"]),
-        ("[fields]", feedback, ["act on their own elements", "remove `group`"]),
+        ("[fields]", feedback, ["acts only on this element", "remove `group`"]),
     ] {
         let found = refusal(from, to);
         for message in messages {

@@ -350,7 +350,10 @@ impl MshFile {
             if kind.dimension != block_dimension {
                 return Err(MshProblem::Expected {
                     expected: "an element type of the entity's dimension",
-                    found: format!("elements of dimension {} on {block_dimension}", kind.dimension),
+                    found: format!(
+                        "elements of dimension {} in an entity of dimension {block_dimension}",
+                        kind.dimension
+                    ),
                 });
             }
             let count: usize = number(&mut words, "a count of elements")?;
