@@ -249,7 +249,6 @@ impl<P: Problem> IdaBuilder<P> {
             quadrature_sensitivities: self.quadrature_sensitivities,
             backward: Vec::new(),
             repeating: Repeating::default(),
-            search_time: None,
             repetitions: Repetitions::from(t0),
             t_called: t0,
             failures: FailureLog::default(),

@@ -88,9 +88,6 @@ pub(super) struct UserFunctions<P> {
     pub(super) quadrature_sensitivities: Option<Box<QuadratureSensitivities<P>>>,
     pub(super) backward: Vec<RegisteredProblem<P>>,
     pub(super) repeating: Repeating,
-    /// Time scale during a search for initial values: difference quotients change ẏ by the tolerance divided by this
-    /// time.
-    pub(super) search_time: Option<f64>,
     pub(super) repetitions: Repetitions,
     /// Time of the last call with a time argument, used in messages about calls without one.
     pub(super) t_called: f64,
@@ -244,7 +241,7 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
         if weighed != Answer::Success {
             return weighed;
         }
-        let mut step = self.search_time.unwrap_or(1.0 / c_j);
+        let mut step = 1.0 / c_j;
         if let Some(sensitivities) = &mut self.sensitivities {
             sensitivities.step = step;
         }
@@ -260,8 +257,7 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
             false => &self.weights,
         };
         let at = Linearization { t, y, y_dot, step, weights };
-        let in_parts = self.search_time.is_some();
-        let (evaluated, values) = self.linear.evaluate(&mut self.problem, &at, c_j, in_parts);
+        let (evaluated, values) = self.linear.evaluate(&mut self.problem, &at, c_j);
         let evaluated = self.failures.answer("Jacobian", t, evaluated, values);
         if evaluated != Answer::Success {
             return evaluated;

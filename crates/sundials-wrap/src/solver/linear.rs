@@ -1,6 +1,9 @@
 //! Linear solvers for Newton's method.
 
-use myovib_dae::{Jacobian, LinearSolver, Linearization, Problem, StepError};
+use myovib_dae::{
+    Complex64, ConsistencyMode, Inconsistent, Jacobian, LinearSolver, Linearization, Problem,
+    StepError, VariableKind, correct_initial_values,
+};
 use myovib_sparse::pivoting::{Factors, Symbolic};
 use myovib_sparse::{DenseLu, SparseError, SparseOptions};
 
@@ -13,21 +16,44 @@ pub(super) enum Linear<P> {
 }
 
 impl<P: Problem> Linear<P> {
-    /// Evaluates the two matrices at a state, or only ∂F/∂y + c_j ∂F/∂ẏ if this sum is sufficient. Returns the entries
-    /// of the sum. Difference quotients are computed either for the sum or for each matrix separately.
+    /// Evaluates ∂F/∂y + c_j ∂F/∂ẏ at a state, and returns the entries of the sum. A linear solver of the user
+    /// evaluates the two matrices, and no entries are returned.
     pub(super) fn evaluate(
         &mut self,
         problem: &mut P,
         at: &Linearization<'_>,
         c_j: f64,
-        in_parts: bool,
     ) -> (Result<(), StepError>, &[f64]) {
         match self {
-            Self::Whole(lu) => match in_parts {
-                true => lu.evaluate_parts(problem, at, c_j),
-                false => lu.evaluate(problem, at, c_j),
-            },
+            Self::Whole(lu) => lu.evaluate(problem, at, c_j),
             Self::Own(solver) => (solver.evaluate(problem, at), &[]),
+        }
+    }
+
+    /// Corrects initial values y and ẏ with [`correct_initial_values`].
+    ///
+    /// # Errors
+    /// Returns [`Inconsistent`] and restores the values.
+    pub(super) fn correct(
+        &mut self,
+        problem: &mut P,
+        mode: ConsistencyMode,
+        kinds: &[VariableKind],
+        times: (f64, f64),
+        [y, y_dot]: [&mut [f64]; 2],
+        [weights, distance]: [&[f64]; 2],
+    ) -> Result<(), Inconsistent> {
+        match self {
+            Self::Whole(lu) => {
+                let nnz = lu.values.len();
+                let solver = &mut InParts { lu, df_dy: vec![0.0; nnz], df_dyp: vec![0.0; nnz] };
+                correct_initial_values(
+                    problem, solver, mode, kinds, times, y, y_dot, weights, distance,
+                )
+            }
+            Self::Own(solver) => correct_initial_values(
+                problem, solver, mode, kinds, times, y, y_dot, weights, distance,
+            ),
         }
     }
 
@@ -114,22 +140,6 @@ impl WholeLu {
         (evaluated, &self.values)
     }
 
-    /// Evaluates ∂F/∂y and ∂F/∂ẏ, and returns the entries of ∂F/∂y + c_j ∂F/∂ẏ.
-    fn evaluate_parts<P: Problem>(
-        &mut self,
-        problem: &mut P,
-        at: &Linearization<'_>,
-        c_j: f64,
-    ) -> (Result<(), StepError>, &[f64]) {
-        let mut df_dyp = vec![0.0; self.values.len()];
-        let parts = [&mut self.values[..], &mut df_dyp];
-        let evaluated = self.jacobian.parts(problem, at, parts);
-        for (value, df_dyp) in self.values.iter_mut().zip(&df_dyp) {
-            *value += c_j * df_dyp;
-        }
-        (evaluated, &self.values)
-    }
-
     /// Solves in place.
     pub(super) fn solve(&mut self, rhs: &mut [f64]) -> Result<(), StepError> {
         match &mut self.factors {
@@ -153,5 +163,34 @@ impl WholeLu {
         let both = [self.smallest_rcond, rcond];
         self.smallest_rcond = both.into_iter().flatten().reduce(f64::min);
         Ok(())
+    }
+}
+
+/// [`WholeLu`] that evaluates ∂F/∂y and ∂F/∂ẏ separately, before c is known.
+struct InParts<'a> {
+    lu: &'a mut WholeLu,
+    df_dy: Vec<f64>,
+    df_dyp: Vec<f64>,
+}
+
+impl<P: Problem> LinearSolver<P> for InParts<'_> {
+    fn evaluate(&mut self, problem: &mut P, at: &Linearization<'_>) -> Result<(), StepError> {
+        self.lu.jacobian.parts(problem, at, [&mut self.df_dy, &mut self.df_dyp])
+    }
+
+    fn set_up(&mut self, _: &mut P, real: f64, _: &[Complex64]) -> Result<(), StepError> {
+        let parts = self.df_dy.iter().zip(&self.df_dyp);
+        for (value, (df_dy, df_dyp)) in self.lu.values.iter_mut().zip(parts) {
+            *value = df_dy + real * df_dyp;
+        }
+        self.lu.factorize()
+    }
+
+    fn solve_real(&mut self, _: &mut P, rhs: &mut [f64]) -> Result<(), StepError> {
+        self.lu.solve(rhs)
+    }
+
+    fn solve_complex(&mut self, _: &mut P, _: usize, _: &mut [Complex64]) -> Result<(), StepError> {
+        unreachable!("BDF has no complex matrices")
     }
 }

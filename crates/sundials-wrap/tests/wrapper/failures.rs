@@ -2,7 +2,9 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use myovib_dae::{Outcome, Problem, StepError, StopReason, Suppressed, VariableKind};
+use myovib_dae::{
+    IntegratorError, Outcome, Problem, StepError, StopReason, Suppressed, VariableKind,
+};
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use sundials_wrap::{ConsistencyMode, Error, IdaOptions, IdaSolver};
@@ -239,6 +241,5 @@ fn uncorrectable_initial_values_are_an_error() {
     let mut solver = Decay::residual(|_, _| Ok(f64::NAN)).solver();
     let mode = ConsistencyMode::AlgebraicAndDerivatives;
     let error = solver.correct_initial_values(mode, 1.0).unwrap_err();
-    let Error::InconsistentInitialValues { message, .. } = &error else { panic!("{error}") };
-    assert!(message.contains("NaN"), "{error}");
+    assert!(matches!(error, Error::Common(IntegratorError::Inconsistent { .. })), "{error}");
 }

@@ -42,8 +42,6 @@ impl<C: Callbacks> Ida<C> {
         set_max_newton_iterations(i32) IDASetMaxNonlinIters;
         set_nonlinear_coefficient(f64) IDASetNonlinConvCoef;
         set_delta_cj(f64) IDASetDeltaCjLSetup;
-        /// Sets the convergence threshold of IDACalcIC as a fraction of the tolerance.
-        set_initial_coefficient(f64) IDASetNonlinConvCoefIC;
     }
 
     /// Uses the convergence test of the callbacks. Settings of Newton's method are reset to their defaults.
