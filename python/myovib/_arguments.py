@@ -11,10 +11,21 @@ from numpy.typing import ArrayLike, NDArray
 from ._solution import Array, Function
 
 
-def _with(function: Callable[..., Any], args: Sequence[Any], name: str) -> Function:
-    """Return a function of t, y, yp that passes copies, which `function` may change, and additional arguments."""
+class _Calls:
+    """Number of calls of a function."""
+
+    count = 0
+
+
+def _with(function: Callable[..., Any], args: Sequence[Any], name: str, calls: _Calls | None = None) -> Function:
+    """Return a function of t, y, yp that passes copies, which `function` may change, and additional arguments.
+
+    If `calls` is given, the calls are counted.
+    """
 
     def call(t: float, y: Array, yp: Array) -> Any:
+        if calls is not None:
+            calls.count += 1
         try:
             return function(t, y.copy(), yp.copy(), *args)
         except TypeError as error:

@@ -15,6 +15,7 @@ from . import _native
 from ._advice import START, Facts, _advice, _explain, _missing_entry, _share_of_entries, _singular, _wrong_entry
 from ._arguments import (
     LARGE,
+    _Calls,
     _Events,
     _Jacobian,
     _count,
@@ -305,18 +306,18 @@ def solve_dae(
         )
     if not isinstance(args, Sequence) or isinstance(args, str):
         raise ValueError(f"args = {args!r}: must be a tuple, as in args=({args!r},)")
-    sensitivities = None
+    sensitivities, calls = None, _Calls()
     if parameters is not None:
         if initial != "given":
             raise ValueError(
                 f'initial = "{initial}" is not possible with `parameters`: first correct the values in an integration without '
                 "`parameters` and with max_steps=1, and give its y[:, 0] and yp[:, 0] as y0 and yp0"
             )
-        sensitivities = Sensitivities(parameters, (residual, df_dp), args, dy0_dp, n)
+        sensitivities = Sensitivities(parameters, (residual, df_dp), args, dy0_dp, n, calls)
         args = (sensitivities.parameters, *args)
     elif df_dp is not None or dy0_dp is not None:
         raise ValueError("df_dp and dy0_dp need `parameters`")
-    residual = _with(residual, args, "residual")
+    residual = _with(residual, args, "residual", calls)
     jacobian = None if jacobian is None else _with(jacobian, args, "jacobian")
     ends = _ends_of_parts(breaks, t0, t_end)
     first_limits = (ends[0].after, ends[1].before)
@@ -496,6 +497,7 @@ def solve_dae(
         )
     for text in notes:
         warn(text, 2)
+    solution.nfev = calls.count
     return solution
 
 
@@ -623,8 +625,6 @@ def _integrate_parts(
             break
         if is_late:
             _delay(solved, origin)
-        if sensitivities:
-            solved["nfev"] += sensitivities.take_evaluations()
         limits = part_limits
         if not is_first and is_hidden and outputs is None:
             # At the start of this part, the multipliers still have their values from before the break.

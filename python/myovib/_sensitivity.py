@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._arguments import _in_bytes, _real, _vector, _with
+from ._arguments import _Calls, _in_bytes, _real, _vector, _with
 from ._breaks import _derivative
 from ._native import StepFailure
 from ._parts import _within
@@ -61,13 +61,14 @@ class Sensitivities:
         args: Sequence[Any],
         dy0_dp: ArrayLike | None,
         n: int,
+        calls: _Calls,
     ) -> None:
-        """Check the arguments of `solve_dae`; `functions` are `residual` and `df_dp`."""
+        """Check the arguments of `solve_dae`; `functions` are `residual`, whose `calls` are counted, and `df_dp`."""
         if np.size(parameters) == 0:
             raise ValueError("parameters is empty: must have at least one value")
         self.parameters = _vector("parameters", parameters).copy()
         self.parameters.flags.writeable = False
-        (self._residual, self._df_dp), self._args, self.n = functions, tuple(args), n
+        (self._residual, self._df_dp), self._args, self.n, self._calls = functions, tuple(args), n, calls
         shape = (n, len(self.parameters))
         start = np.zeros(shape) if dy0_dp is None else _real("dy0_dp", dy0_dp)
         if start.shape != shape:
@@ -75,15 +76,9 @@ class Sensitivities:
         if not np.isfinite(start).all():
             raise ValueError("dy0_dp has non-finite entries")
         self.start = start
-        self._evaluations = 0
         # Typical sizes for the increments of difference quotients, NaN until they are known, and for the error test.
         self._sizes = np.where(self.parameters == 0.0, np.nan, np.abs(self.parameters))
         self._scales = self._sizes.copy()
-
-    def take_evaluations(self) -> int:
-        """Return the number of evaluations of F for dF/dp since the last call."""
-        taken, self._evaluations = self._evaluations, 0
-        return taken
 
     def derivatives(self, t: float, y: Array, yp: Array) -> Array:
         """Return dF/dp, row by row."""
@@ -160,11 +155,10 @@ class Sensitivities:
 
     def _value(self, parameters: Array, at: tuple[float, Array, Array]) -> Array:
         """Return F at a state for the given parameters."""
-        self._evaluations += 1
         return _real("residual", self._residual_at(parameters)(*at))
 
     def _residual_at(self, parameters: Array) -> Function:
-        return _with(self._residual, (parameters, *self._args), "residual")
+        return _with(self._residual, (parameters, *self._args), "residual", self._calls)
 
     def request(
         self,
@@ -181,9 +175,9 @@ class Sensitivities:
         """
         (limits, origin), (y, yp) = times, state
         residual = self._residual_at(self.parameters)
-        weights = request["rtol"] * np.abs(y) + np.array(request["atol"])
+        atol = np.resize(request["atol"], self.n)
         pattern = request["pattern"] and tuple(np.array(part) for part in request["pattern"])
-        structure = Structure.at(residual, limits[0], y, yp, weights, pattern=pattern)
+        structure = Structure.at(residual, limits[0], y, yp, atol, pattern=pattern, is_accurate=True)
         if is_first:
             self._set_scales(structure, (limits[0], y, yp))
         both = self._consistent(structure, (limits[0], y, yp), values)

@@ -98,8 +98,8 @@ class DaeSolution:
     dy_dp : ndarray, shape (n, parameters, m), or None
         Derivatives of `y` with respect to `parameters`.
     nfev, njev, nlu : int
-        Numbers of evaluations of the residual (including finite differences, also for
-        `dy_dp`) and of the Jacobian, and number of setups of the linear solver.
+        Numbers of all evaluations of the residual (including finite differences and
+        checks) and of the Jacobian, and number of setups of the linear solver.
     nsteps, nni, netf, ncfn, ngev : int
         Numbers of steps, Newton iterations, error test failures, nonlinear solver
         failures, and event evaluations.

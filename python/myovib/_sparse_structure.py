@@ -54,6 +54,7 @@ class SparseStructure(Structure):
         yp: Array,
         tolerance: Array,
         pattern: Pattern,
+        is_accurate: bool = False,
     ) -> None:
         n = len(y)
         offsets, rows = pattern
@@ -61,16 +62,21 @@ class SparseStructure(Structure):
         groups = _independent_columns(offsets, rows)
         if groups.max() >= MOST_GROUPS:
             raise ValueError
-        self._set_state(y, yp, tolerance)
+        self._set_state(y, yp, tolerance, is_accurate)
         base = self._evaluate(residual, t, y, yp)
 
         def matrix(rate: bool) -> Any:
             values = np.zeros(len(rows))
             sizes = self.sizes[rate]
             for group in range(groups.max() + 1):
-                moved = [y.copy(), yp.copy()]
-                moved[rate] += np.where(groups == group, sizes, 0.0)
-                change = self._evaluate(residual, t, *moved) - base
+                increments = np.where(groups == group, sizes, 0.0)
+
+                def moved(factor: float, increments: Array = increments) -> Array:
+                    state = [y.copy(), yp.copy()]
+                    state[rate] += factor * increments
+                    return self._evaluate(residual, t, *state)
+
+                change = self._change(moved, base)
                 own = groups[columns] == group
                 values[own] = change[rows[own]] / sizes[columns[own]]
             found = sparse.csc_matrix((values, rows, offsets), shape=(n, n), copy=True)

@@ -28,6 +28,9 @@ CONDITION = 1e10
 # Largest deviation of an exponent of h from an integer at which the index is considered clear.
 CLEAR = 0.05
 
+# Relative increments of forward differences, and of differences of order 4.
+SMALL, FOURTH_ORDER = float(np.sqrt(np.finfo(float).eps)), 3e-5
+
 # Exponents of the values of c for which the size of the inverse of dF/dy + c dF/dy' is computed.
 EXPONENTS = np.arange(12, -9, -1)
 
@@ -51,31 +54,52 @@ class Structure:
     algebraic: NDArray[np.bool_]
 
     def __init__(
-        self, residual: Callable[[float, Array, Array], Any], t: float, y: Array, yp: Array, tolerance: Array
+        self,
+        residual: Callable[[float, Array, Array], Any],
+        t: float,
+        y: Array,
+        yp: Array,
+        tolerance: Array,
+        is_accurate: bool = False,
     ) -> None:
         def column(j: int, size: float, rate: bool) -> Array:
-            moved = [y.copy(), yp.copy()]
-            moved[rate][j] += size
-            return (self._evaluate(residual, t, *moved) - base) / size
+            def moved(factor: float) -> Array:
+                state = [y.copy(), yp.copy()]
+                state[rate][j] += factor * size
+                return self._evaluate(residual, t, *state)
 
-        self._set_state(y, yp, tolerance)
+            return self._change(moved, base) / size
+
+        self._set_state(y, yp, tolerance, is_accurate)
         base = self._evaluate(residual, t, y, yp)
         self.quotient = column
         by_y, by_yp = ([column(j, size, rate) for j, size in enumerate(self.sizes[rate])] for rate in (False, True))
         for j, size in enumerate(self.sizes[False]):
             # An increment without any effect may be below the rounding of F.
-            larger = np.sqrt(np.finfo(float).eps) * np.abs(y).max()
+            larger = SMALL * np.abs(y).max()
             if size < larger and not by_y[j].any() and not by_yp[j].any():
                 with suppress(Exception):  # outside of the domain of F
                     self.sizes[False][j], by_y[j] = larger, column(j, larger, False)
         self.df_dy, self.df_dyp = np.column_stack(by_y), np.column_stack(by_yp)
         self.algebraic = ~self.df_dyp.any(axis=0)
 
-    def _set_state(self, y: Array, yp: Array, tolerance: Array) -> None:
+    def _set_state(self, y: Array, yp: Array, tolerance: Array, is_accurate: bool) -> None:
         """Set the state, and the increments for all variables and derivatives."""
-        self.state = (y.copy(), yp.copy())
-        small = np.sqrt(np.finfo(float).eps)
-        self.sizes = (np.maximum(small * np.abs(y), tolerance), np.full(len(y), 1e-3 * np.abs(yp).max() or 1.0))
+        self.state, self.is_accurate = (y.copy(), yp.copy()), is_accurate
+        relative = FOURTH_ORDER if is_accurate else SMALL
+        self.sizes = (np.maximum(relative * np.abs(y), tolerance), np.full(len(y), 1e-3 * np.abs(yp).max() or 1.0))
+
+    def _change(self, moved: Callable[[float], Array], base: Array) -> Array:
+        """Return the change of F per increment: the forward difference or, if it is to be accurate, that of order 4.
+
+        `moved(k)` returns F after k increments. At the edge of its domain, only the forward difference exists.
+        """
+        if self.is_accurate:
+            with suppress(Exception):
+                total = sum(weight * (moved(k) - moved(-k)) for k, weight in ((1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0)))
+                if np.isfinite(total).all():
+                    return np.asarray(total)
+        return moved(1.0) - base
 
     @staticmethod
     def _evaluate(residual: Callable[[float, Array, Array], Any], t: float, y: Array, yp: Array) -> Array:
@@ -93,10 +117,12 @@ class Structure:
         yp: Array,
         tolerance: Array,
         pattern: Pattern | None = None,
+        is_accurate: bool = False,
     ) -> Structure | None:
         """Return the structure; None if F is undefined near the state, or if a large system has no `pattern`.
 
-        The pattern contains the offsets of the columns and the row of each entry.
+        The pattern contains the offsets of the columns and the row of each entry. `tolerance` contains the smallest
+        increments of the variables. Accurate matrices take four times as many evaluations of F.
         """
         from ._sparse_structure import SparseStructure
 
@@ -104,9 +130,9 @@ class Structure:
         try:
             with np.errstate(all="ignore"):
                 if len(y) <= LARGEST:
-                    found = cls(residual, t, y, yp, tolerance)
+                    found = cls(residual, t, y, yp, tolerance, is_accurate)
                 elif pattern is not None and SparseStructure.is_possible(len(y)):
-                    found = SparseStructure(residual, t, y, yp, tolerance, pattern)
+                    found = SparseStructure(residual, t, y, yp, tolerance, pattern, is_accurate)
                 else:
                     return None
         except Exception:
