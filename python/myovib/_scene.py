@@ -507,7 +507,9 @@ class Scene:
 
     def _assign(self, assignment: str) -> None:
         key, _, value = assignment.partition("=")
-        self._set.pop(key, None)
+        # A new value of a section or list replaces earlier changes of its entries.
+        entries = (f"{key}.", f"{key}[")
+        self._set = {other: text for other, text in self._set.items() if other != key and not other.startswith(entries)}
         self._set[key] = value
 
     def _assignments(self) -> list[str]:

@@ -138,6 +138,18 @@ def test_values_are_set_as_they_are(result):
     assert "material[0].c10" not in scene.changes and softer.changes["material[0].c10"] == "5000.0"
 
 
+def test_a_section_set_again_replaces_changes_of_its_entries():
+    # Regression: the earlier change of an entry came before the section, which then had no such entry.
+    scene = myovib.Scene.builtin("init").set("time.end", 0.01)
+    scene.set("body_force", [{"y": -1.0}]).set("body_force[0].x", 2.0)
+    assert list(scene.changes) == ["time.end", "body_force", "body_force[0].x"]
+    scene.set("body_force", [{"y": -3.0}])
+    assert list(scene.changes) == ["time.end", "body_force"]
+    scene.set("body_force", None)
+    assert scene.changes["body_force"] == ""
+
+
+
 def test_what_is_wrong_is_told_with_its_place(tmp_path):
     with pytest.raises(myovib.SceneError, match="kapa"):
         Scene.builtin("init").set("solid.kapa", 1).run()

@@ -18,7 +18,8 @@ pub enum Outcome {
         reason: EndReason,
         /// Description of the cause, with numerical values.
         message: String,
-        /// The inverted element that stopped the run, if any.
+        /// The element with an inverted quadrature point that stopped the integrator, if any. Scenes that end with
+        /// [`EndReason::Inverted`], because of an inverted vertex, describe it in `inversion` of their document.
         inverted: Option<Inverted>,
     },
 }

@@ -111,9 +111,11 @@ impl<P: System + Consistent + Clone, S: StartInterval<P>> Refinement<'_, P, S> {
         let (smallest, tolerance) = (self.smallest, self.adaptive.tolerance);
         let Watcher { progress, interrupt } = self.watcher;
         progress.on_progress(&|| {
-            format!(
-                "periodic: {n} periods integrated in {steps} steps, end states differ by {smallest:.1e} (tolerance {tolerance:.1e})"
-            )
+            let found = match smallest <= tolerance {
+                true => "the state is found, its multipliers follow".to_owned(),
+                false => format!("end states differ by {smallest:.1e} (tolerance {tolerance:.1e})"),
+            };
+            format!("periodic: {n} periods integrated in {steps} steps, {found}")
         });
         let mut limits = Limits::new(f64::INFINITY, interrupt);
         let end = self.map.observed(state, &mut [&mut limits])?;

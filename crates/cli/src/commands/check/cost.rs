@@ -5,6 +5,10 @@ use myovib_scene::run::{PeriodTrial, Trial, TrialEnd};
 use myovib_scene::{Scene, plain};
 use serde_json::{Value, json};
 
+/// Minimum part of a period from which the cost of a period is extrapolated. The first steps are much shorter than the
+/// others.
+const RESOLVED: f64 = 0.1;
+
 /// Describes the cost of computing a periodic state.
 pub(super) fn of_period(trial: &PeriodTrial) -> String {
     let PeriodTrial { unknowns, differential_variables, part, steps, seconds, stopped } = trial;
@@ -12,6 +16,11 @@ pub(super) fn of_period(trial: &PeriodTrial) -> String {
         Some(reason) => {
             format!("unknown, because the trial from the initial state stopped: {reason}")
         }
+        None if *part < RESOLVED => format!(
+            "{:.1e} s per step; the trial of {} is too short for the number of steps per period",
+            seconds / (*steps).max(1) as f64,
+            counted(*steps, "step")
+        ),
         None => format!(
             "{:.1e} s per period, estimated from a trial of {} over {:.0} % of a period; the number of periods depends \
              on damping and nonlinearity",
@@ -96,5 +105,25 @@ impl Cost {
                 "end": "predicted",
             }),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Regression: the first two steps of 1e-7 of a period were extrapolated to 1e7 s.
+    #[test]
+    fn the_cost_of_a_period_is_not_extrapolated_from_its_first_steps() {
+        let trial = |part| PeriodTrial {
+            unknowns: 10,
+            differential_variables: 4,
+            part,
+            steps: 2,
+            seconds: 1.0,
+            stopped: None,
+        };
+        assert!(of_period(&trial(1e-7)).contains("5.0e-1 s"));
+        assert!(of_period(&trial(0.5)).contains("2.0e0 s"));
     }
 }
