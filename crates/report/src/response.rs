@@ -12,7 +12,21 @@ use crate::table::{Align, Table, colored_stdout};
 /// Maximum number of values plotted for a probe; the CSV file contains all values.
 const MOST_COLUMNS: usize = 6;
 
-fn peaks(found: &Response, damping_ratio_heading: &str) -> Table {
+/// Maximum number of values printed for a probe, such as a line with many points.
+const MOST_PRINTED: usize = 30;
+
+/// Returns the probes that are printed, and a sentence on the others.
+fn printed(found: &Response) -> (Vec<&str>, String) {
+    let (short, long): (Vec<&Curves>, Vec<&Curves>) =
+        found.probes.iter().partition(|probe| probe.columns.len() <= MOST_PRINTED);
+    let omitted = long.iter().map(|probe| {
+        let (name, n) = (&probe.name, probe.columns.len());
+        format!("{name}.csv contains the {n} values of the probe `{name}`.\n")
+    });
+    (short.iter().map(|probe| probe.name.as_str()).collect(), omitted.collect())
+}
+
+fn peaks<'a>(peaks: impl Iterator<Item = &'a Peak>, damping_ratio_heading: &str) -> Table {
     let mut table = Table::new(&[
         ("probe", Align::Left),
         ("value", Align::Left),
@@ -21,7 +35,7 @@ fn peaks(found: &Response, damping_ratio_heading: &str) -> Table {
         (damping_ratio_heading, Align::Right),
         ("mode, Hz", Align::Right),
     ]);
-    for peak in &found.peaks {
+    for peak in peaks {
         table.row([
             peak.probe.as_str().into(),
             peak.column.as_str().into(),
@@ -39,10 +53,14 @@ pub fn text(found: &Response) -> String {
     if let [frequency] = found.frequencies[..] {
         return at_one_frequency(found, frequency);
     }
-    let peaks = match found.peaks.is_empty() {
-        true => "No value has a peak between these frequencies; the tables contain all values.\n"
+    let (names, omitted) = printed(found);
+    let of_printed = |peak: &&Peak| names.contains(&peak.probe.as_str());
+    let peaks = match found.peaks.iter().any(|peak| of_printed(&peak)) {
+        false => "No value has a peak between these frequencies; the tables contain all values.\n"
             .to_owned(),
-        false => peaks(found, "damping ratio").render(colored_stdout()),
+        true => {
+            peaks(found.peaks.iter().filter(of_printed), "damping ratio").render(colored_stdout())
+        }
     };
     let n = found.frequencies.len();
     let [first, last] = [found.frequencies.first(), found.frequencies.last()]
@@ -52,7 +70,7 @@ pub fn text(found: &Response) -> String {
         false => "",
     };
     format!(
-        "{peaks}{}Harmonic response {}, {n} frequencies from {first} to {last} Hz.\n{interrupted}",
+        "{peaks}{omitted}{}Harmonic response {}, {n} frequencies from {first} to {last} Hz.\n{interrupted}",
         unresolved(found),
         about(found)
     )
@@ -81,7 +99,8 @@ fn at_one_frequency(found: &Response, frequency: f64) -> String {
         ("amplitude", Align::Right),
         ("phase, °", Align::Right),
     ]);
-    for probe in &found.probes {
+    let (names, omitted) = printed(found);
+    for probe in found.probes.iter().filter(|probe| names.contains(&probe.name.as_str())) {
         let values = probe.columns.iter().zip(probe.amplitudes.iter().flatten());
         for (column, value) in values {
             table.row([
@@ -93,7 +112,7 @@ fn at_one_frequency(found: &Response, frequency: f64) -> String {
         }
     }
     format!(
-        "{}Harmonic response {}, at {frequency} Hz.\n",
+        "{}{omitted}Harmonic response {}, at {frequency} Hz.\n",
         table.render(colored_stdout()),
         about(found)
     )
@@ -135,7 +154,7 @@ pub(crate) fn section(found: &Response, in_space: bool, data: &mut PageData) -> 
     });
     let peaks = match found.peaks.is_empty() {
         true => String::new(),
-        false => peaks(found, "damping ratio (half power)").html(),
+        false => peaks(found.peaks.iter(), "damping ratio (half power)").html(),
     };
     format!(
         "<h2>Harmonic response</h2>\n{peaks}<div class=\"beside\">\n{}</div>\n",

@@ -35,12 +35,13 @@ pub(crate) fn suggest(error: InputError, name: Option<&str>) -> InputError {
     }
 }
 
-/// Rejects excessively large numbers. Their products would overflow in matrices, with an error that does not refer to
-/// the key.
+/// Rejects excessively large or small numbers. Their products would overflow in matrices, with an error that does not
+/// refer to the key. Entries of lists may be small: coordinates of mesh files are often zero up to rounding.
 pub(super) fn expect_moderate(x: f64, path: &str) -> Result<(), Problem> {
     const SMALLEST: f64 = 1e-30;
     const LARGEST: f64 = 1e20;
-    if x == 0.0 || (SMALLEST..=LARGEST).contains(&x.abs()) {
+    let may_be_small = x == 0.0 || path.ends_with(']');
+    if x.abs() <= LARGEST && (may_be_small || x.abs() >= SMALLEST) {
         return Ok(());
     }
     let error = InputError::new(format!("`{path}` has an implausible value"))
