@@ -72,8 +72,8 @@ pub fn expect_square(n: usize, pattern: &SparsityPattern) -> Checked {
     expect_length("columns of the Jacobian", n, pattern.major_dim())
 }
 
-/// Checks that the tolerances of `n` unknowns are finite and not negative, and that no unknown has only zero
-/// tolerances.
+/// Checks that the tolerances of `n` unknowns are finite and not negative, and that each unknown has a
+/// positive tolerance.
 pub fn expect_tolerances(tolerances: &Tolerances, n: usize) -> Checked {
     let relative = tolerances.relative();
     expect_not_negative("relative tolerance", relative)?;

@@ -43,7 +43,7 @@ impl Solid {
         self.partition(number, count, None)
     }
 
-    /// Returns the solid with workers that compute the other partitions of `count`. The passes of this solid
+    /// Returns the solid with workers that compute the others of the `count` partitions. The passes of this solid
     /// return complete sums.
     #[must_use]
     pub fn with_assembler(self, assembler: Arc<dyn ParallelAssembler>, count: usize) -> Self {

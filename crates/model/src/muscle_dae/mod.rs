@@ -291,7 +291,7 @@ impl MuscleDae {
         self.matrices.pattern(&self.muscle.solid, matrix)
     }
 
-    /// Returns the displacement of all nodes at which the viscoelastic stress was last linearized.
+    /// Returns the nodal displacements at which the viscoelastic stress was last linearized.
     pub(crate) fn relaxing_at(&self) -> &[f64] {
         self.matrices.relaxing_at()
     }

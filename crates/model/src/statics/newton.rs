@@ -392,7 +392,8 @@ impl<'a> Newton<'a> {
         ratios.fold(0.0, f64::max)
     }
 
-    /// Returns whether the volume residuals have converged. If the matrix is singular, increments do not indicate this.
+    /// Returns whether the volume residuals have converged. If the matrix is singular, small increments do not
+    /// show that they have.
     fn has_balanced_volumes(&self, r: &[f64]) -> bool {
         let constraint = &r[self.muscle.solid.dofs().n_free()..];
         square(constraint).sqrt() <= RELATIVE_INCREMENT_ON_PATH * self.muscle.solid.volume()

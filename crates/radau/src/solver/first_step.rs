@@ -6,9 +6,8 @@ use super::state::{JacobianAge, RadauSolver};
 use crate::failure::{Failure, Fatal};
 use crate::options::StepSize;
 
-/// Safety factor for the size of a first step. In a step of this size without the factor, the sampled rounding of
-/// multipliers equals their tolerances. At high orders, the matrices of some stages amplify rounding more than the
-/// sampled matrix.
+/// Safety factor for the size of a first step. Without this factor, the sampled rounding of multipliers would equal
+/// their tolerances. At high orders, the matrices of some stages amplify rounding more than the sampled matrix does.
 const SAFETY: f64 = 2.0;
 
 /// Maximum fraction of the interval that a first step may cover in order to resolve multipliers.

@@ -95,7 +95,7 @@ fn remove(object: &mut Value, key: &str) {
     assert!(removed.is_some(), "{key}");
 }
 
-/// Kills a run after `last` changes of files, and then completes the run.
+/// Kills a run after `last` file changes, and then resumes it to its end.
 fn killed_and_completed(out: &Path, last: u64, torn: bool, verify: bool) {
     let scene = scene();
     let run = |existing| passing(|| compute(&scene, &options(out, existing, verify)));

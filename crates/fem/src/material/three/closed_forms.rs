@@ -175,7 +175,8 @@ fn check_stretches(law: Law, second: impl Fn([f64; 3]) -> [f64; 3]) {
     }
 }
 
-/// Checks P_ij in simple shear F = I + γ e_i⊗e_j in all planes of fiber (0), sheet (1) and normal (2). For any
+/// Checks P_ij in simple shear F = I + γ e_i⊗e_j in all planes spanned by two of the fiber (0), sheet (1)
+/// and normal (2) directions. For any
 /// pressure, P_ij equals dW/dγ = `slope(i, j, γ)`, because (cof F)_ij = 0.
 fn check_simple_shear(law: Law, slope: impl Fn(usize, usize, f64) -> f64) {
     for (i, j) in [(0, 1), (1, 0), (0, 2), (2, 0), (1, 2), (2, 1)] {

@@ -209,7 +209,7 @@ fn header(lines: &mut Lines<'_>) -> Result<Version, MshProblem> {
     Ok(version)
 }
 
-/// Returns the kind of an entity for the names of groups.
+/// Returns the name of the entity's kind, as used in group names.
 pub(super) fn kind_of(dimension: u64) -> &'static str {
     let kinds = ["point", "curve", "surface", "volume"];
     kinds.get(dimension as usize).copied().unwrap_or("entity")
