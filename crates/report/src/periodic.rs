@@ -34,17 +34,19 @@ fn description(found: &Periodic) -> String {
         false => format!("{re:.6} {} {:.6} i", if *im < 0.0 { "-" } else { "+" }, im.abs()),
     });
     let multipliers: Vec<String> = multipliers.collect();
+    let leading = found.spectral_radius.map_or(String::new(), |radius| {
+        let all = multipliers.join(", ");
+        format!(" Largest |multiplier|: {radius:.6}; leading multipliers: {all}.")
+    });
     format!(
-        "Periodic state at {} Hz, {}. Largest |multiplier|: {:.6}; leading multipliers: {}. \
-         {} Newton iterations, {} integrations over a period; the states at its ends differ by {:.1e}.",
+        "Periodic state at {} Hz, {}.{leading} {} Newton iterations, {} integrations over a period; the states at its ends differ by {:.1e}.",
         found.frequency,
         match found.is_stable {
             Some(true) => "stable",
             Some(false) => "unstable",
+            None if found.spectral_radius.is_none() => "of unknown stability",
             None => "of unresolved stability",
         },
-        found.spectral_radius,
-        multipliers.join(", "),
         found.newton_iterations,
         found.integrations,
         found.residual,

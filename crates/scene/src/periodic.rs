@@ -27,10 +27,10 @@ pub struct Periodic {
     pub integrations: u64,
     /// Total number of steps in all integrations.
     pub steps: u64,
-    /// Largest magnitude of the Floquet multipliers.
-    pub spectral_radius: f64,
-    /// Whether all multipliers are inside the unit circle; `None` if the largest multiplier is on the circle, as in
-    /// systems without damping.
+    /// Largest magnitude of the Floquet multipliers, if any were computed.
+    pub spectral_radius: Option<f64>,
+    /// Whether all multipliers are inside the unit circle; `None` without multipliers, or if the largest multiplier is on
+    /// the circle, as in systems without damping.
     pub is_stable: Option<bool>,
     /// Leading Floquet multipliers as [real part, imaginary part], in descending order of magnitude.
     pub multipliers: Vec<[f64; 2]>,

@@ -166,8 +166,8 @@ pub fn shoot(
     Ok(PeriodicState { state: shooting.unscaled(&x), residual: left, iterations })
 }
 
-/// Leading Floquet multipliers.
-#[derive(Debug, Clone, PartialEq)]
+/// Leading Floquet multipliers. By default, none are known.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Multipliers {
     /// Floquet multipliers in descending order of magnitude.
     pub values: Vec<Complex64>,
@@ -192,9 +192,9 @@ impl Multipliers {
         Self { values, residuals, resolution: self.resolution.max(other.resolution) }
     }
 
-    /// Returns the largest magnitude, or 0 without multipliers.
-    pub fn spectral_radius(&self) -> f64 {
-        self.values.first().map_or(0.0, |value| value.norm())
+    /// Returns the largest magnitude, or `None` without multipliers.
+    pub fn spectral_radius(&self) -> Option<f64> {
+        self.values.first().map(|value| value.norm())
     }
 
     /// Returns the error estimate of the largest magnitude.
@@ -202,10 +202,10 @@ impl Multipliers {
         self.residuals.first().map_or(self.resolution, |left| left.max(self.resolution))
     }
 
-    /// Returns whether all multipliers are inside the unit circle. Returns `None` if the largest multiplier is on the
-    /// circle within its [`error`](Self::error), for example without damping.
+    /// Returns whether all multipliers are inside the unit circle. Returns `None` without multipliers, or if the largest
+    /// multiplier is on the circle within its [`error`](Self::error), for example without damping.
     pub fn is_stable(&self) -> Option<bool> {
-        let distance = self.spectral_radius() - 1.0;
+        let distance = self.spectral_radius()? - 1.0;
         (distance.abs() > self.error()).then_some(distance < 0.0)
     }
 }

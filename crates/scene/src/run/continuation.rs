@@ -270,7 +270,7 @@ impl Task for Read<'_> {
             map.observed(state, &mut [&mut limits])
         };
         let leading = multipliers(&mut evaluate, self.state, self.shooting, 1)?;
-        Ok((amplitudes, leading.spectral_radius(), leading.is_stable()))
+        Ok((amplitudes, leading.spectral_radius().unwrap_or(f64::NAN), leading.is_stable()))
     }
 }
 

@@ -191,7 +191,7 @@ impl Search<'_> {
             return Ok((first, None));
         }
         // The motion leaves the unstable state and may then settle to another state.
-        let growth = first.leading.spectral_radius().ln();
+        let growth = first.leading.spectral_radius().map_or(f64::INFINITY, f64::ln);
         let periods = (DEPARTURE.ln() / growth).min(MOST_PERIODS).ceil() as usize;
         match self.find(map, &mut state, periods, blocks) {
             Ok(settled) if settled.leading.is_stable() != Some(false) => Ok((settled, None)),
@@ -370,11 +370,11 @@ impl Task for Write<'_> {
 
 /// Returns a note if the stability is not resolved.
 fn unresolved(leading: &Multipliers) -> Option<String> {
+    let radius = leading.spectral_radius()?;
     leading.is_stable().is_none().then(|| {
         format!(
-            "the stability of the periodic state is not resolved: the largest |multiplier| is {:.6} with an error of {:.1e}; without \
+            "the stability of the periodic state is not resolved: the largest |multiplier| is {radius:.6} with an error of {:.1e}; without \
              damping it is 1, so add damping, or decrease `periodic.tolerance` to reduce the error",
-            leading.spectral_radius(),
             leading.error(),
         )
     })

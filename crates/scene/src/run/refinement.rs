@@ -82,13 +82,16 @@ impl<P: System + Consistent + Clone, S: StartInterval<P>> Refinement<'_, P, S> {
         found
     }
 
-    /// Returns the `count` leading multipliers. Deviations from the periodic state may require shorter steps or, at
+    /// Returns the `count` leading multipliers, if any. Deviations from the periodic state may require shorter steps or, at
     /// kinks, adaptive steps.
     pub(super) fn multipliers(
         &mut self,
         state: &[f64],
         count: usize,
     ) -> Result<Multipliers, ModelError> {
+        if count == 0 {
+            return Ok(Multipliers::default());
+        }
         loop {
             let is_fixed = self.doublings <= DOUBLINGS;
             let shooting = match is_fixed {

@@ -21,8 +21,8 @@ pub struct Periodic {
     // Integrator tolerances are 0.01 of it, and at least 1e-14.
     #[schemars(range(min = 1e-11, max = 1e-2))]
     pub tolerance: f64,
-    /// Number of Floquet multipliers.
-    #[schemars(range(min = 1, max = 1000))]
+    /// Number of Floquet multipliers; 0 omits the stability, which takes most of the time of large bodies.
+    #[schemars(range(max = 1000))]
     pub multipliers: usize,
     /// Number of values of each probe.
     #[schemars(range(min = 8, max = 100_000))]
