@@ -246,7 +246,7 @@ fn check_reports_the_cost_of_an_equilibrium() {
         "memory ",
         "fields.pvd: u, p in 1 file",
         "inf–sup",
-        "body            48.000 by 60.000 m, 1.44e3 m², ",
+        "body            48.000 by 60.000 m, 1.440e3 m², ",
         "according to linear elasticity, the load moves the body by up to ",
         "s per iteration",
     ] {

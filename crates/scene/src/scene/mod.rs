@@ -120,6 +120,16 @@ pub struct Body {
 }
 
 impl Body {
+    /// Returns the volume (m³) of each material; in 2D, the area (m²).
+    pub fn volumes(&self) -> Vec<f64> {
+        let space = self.muscle.solid.space();
+        let mut volumes = vec![0.0; self.regions.iter().max().map_or(0, |last| last + 1)];
+        for (element, &region) in self.regions.iter().enumerate() {
+            volumes[region] += space.measure_of(element);
+        }
+        volumes
+    }
+
     /// Returns the functions of time of the loads, each with its key.
     pub(crate) fn keyed_loads(&self) -> impl Iterator<Item = (&str, &Signal)> {
         let surface_loads = self.muscle.surface_loads.iter().map(SurfaceLoad::signal);

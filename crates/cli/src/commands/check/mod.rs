@@ -137,7 +137,10 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
     };
     let document = Document {
         scene: name.to_owned(),
-        size: scene.body.as_ref().map(|body| document::size(&Size::of(&body.muscle))),
+        size: scene
+            .body
+            .as_ref()
+            .map(|body| document::size(&Size::of(&body.muscle), &body.volumes())),
         body,
         equilibrium,
         quasi_static,
@@ -377,15 +380,26 @@ fn size_of(scene: &Scene, body: &Body) -> String {
         ))
     });
     let Size { extents, volume, mass, elements, nodes } = Size::of(&body.muscle);
-    let sides: Vec<String> = extents.iter().map(|side| check::readable(*side)).collect();
     let (unit, depth) = match extents.len() {
         2 => ("m²", " per meter of depth"),
         _ => ("m³", ""),
     };
+    let materials = &scene.file().material;
+    let parts = materials.iter().zip(body.volumes()).filter(|_| materials.len() > 1);
+    let parts = parts.enumerate().map(|(i, (material, volume))| {
+        let name = material.group.as_deref().map_or_else(|| "others".to_owned(), plain);
+        let mass = material.density * volume;
+        format!(
+            "\nmaterial {:<6} {name}: {volume:.3e} {unit}, {mass:.3e} kg{depth}",
+            format!("[{i}]")
+        )
+    });
+    let sides: Vec<String> = extents.iter().map(|side| check::readable(*side)).collect();
     format!(
-        "body            {} m, {volume:.2e} {unit}, {mass:.2e} kg{depth}\n\
+        "body            {} m, {volume:.3e} {unit}, {mass:.3e} kg{depth}{}\n\
          mesh            {elements} {}, {nodes} nodes{}",
         sides.join(" by "),
+        parts.collect::<String>(),
         space.mesh().shape().plural,
         areas.collect::<String>()
     )

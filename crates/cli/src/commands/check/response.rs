@@ -13,7 +13,7 @@ use myovib_scene::{Body, InputError, Scene};
 use myovib_sparse::resources;
 use serde::Serialize;
 
-use super::memory;
+use super::{memory, size_of};
 
 /// Harmonic loads and cost of a response.
 #[derive(Serialize)]
@@ -71,6 +71,7 @@ pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, Res
         preload_time: wanted.preload_time,
     };
     let mut lines = vec![
+        size_of(scene, body),
         format!("harmonic        {}", found.harmonic.join(", ")),
         match found.preload_time {
             None => "preload         none: the body vibrates about rest".to_owned(),
