@@ -6,7 +6,7 @@ use std::path::Path;
 use myovib_scene::csv::Table;
 use myovib_scene::run::{RunOptions, compute};
 
-use crate::common::{FILE, mesh, refusal, scene, with_data};
+use crate::common::{FILE, SHEET, mesh, refusal, scene, text, with_data};
 
 /// Returns the last values of the probe `end` of a run.
 pub(crate) fn end(text: &str, folder: &Path) -> Vec<f64> {
@@ -73,4 +73,16 @@ fn nodal_data_give_the_modulus() {
         let refused = refusal(&body("1e4", factor), folder.path());
         assert!(refused.contains(place), "{factor}: {refused}");
     }
+}
+
+#[test]
+fn volumes_are_those_of_the_materials() {
+    // A sheet of 2 by 1 has cells with a length of 0.5; the group contains the first column.
+    let group = "[[group]]\nname = \"part\"\ntype = \"box\"\nmembers = \"elements\"\nmin = [-1.0, -1.0]\n\
+                 max = [0.5, 2.0]\n[[material]]\ngroup = \"part\"\nlaw = \"neo-hooke\"\ndensity = 2e3\n\
+                 shear_modulus = 1e4\n";
+    let scene = scene(&text(SHEET, "left", group), Path::new(""));
+    let volumes = scene.body.unwrap().volumes();
+    assert_eq!(volumes.len(), 2);
+    assert!((volumes[0] - 1.5).abs() < 1e-12 && (volumes[1] - 0.5).abs() < 1e-12, "{volumes:?}");
 }
