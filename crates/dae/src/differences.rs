@@ -198,11 +198,12 @@ impl Differences {
         let limit = f64::EPSILON.sqrt() * self.largest;
         let entries = |j: usize| pattern.major_offsets()[j]..pattern.major_offsets()[j + 1];
         let has_effect = |values: &[f64], j: usize| values[entries(j)].iter().any(|v| *v != 0.0);
-        let mut lost = self.groups[group].clone();
-        lost.retain(|&j| {
+        let is_lost = |&j: &usize| {
             let size = displacement(at, j, Perturbation::Usual).abs();
             !entries(j).is_empty() && !has_effect(values, j) && size < limit
-        });
+        };
+        // An empty list allocates no memory.
+        let mut lost: Vec<usize> = self.groups[group].iter().copied().filter(is_lost).collect();
         let mut factor = 1.0;
         while !lost.is_empty() {
             factor *= ENLARGEMENT;

