@@ -113,10 +113,7 @@ pub fn check_pattern<P: Problem + ?Sized>(
     let weights = [f64::EPSILON.sqrt().recip(), 1.0].map(|weight| vec![weight; n]);
     let [at_rate, quotients] =
         [&weights[0], &weights[1]].map(|weights| Linearization { step: 1.0, weights, ..*at });
-    // If the displacements were the tolerances, a large variable would hide a variable with the value 0.
-    let largest = at.y.iter().fold(0.0_f64, |largest, y| largest.max(y.abs()));
-    let largest = if largest > 0.0 { largest } else { 1.0 };
-    let equal = vec![1.0 / (f64::EPSILON.sqrt() * largest); n];
+    let equal = vec![1.0 / equal_displacement(at.y); n];
     let at_equal = Linearization { weights: &equal, ..*at };
     let trials = [(at, at, false), (&at_equal, &at_equal, false), (&at_rate, &quotients, true)];
     for (at, quotients, is_rate_matrix) in trials {
@@ -126,6 +123,13 @@ pub fn check_pattern<P: Problem + ?Sized>(
         }
     }
     Ok(())
+}
+
+/// Returns a displacement for all variables, √ε times the largest variable. If the displacements were the tolerances, a
+/// large variable would hide a variable with the value 0.
+pub(crate) fn equal_displacement(y: &[f64]) -> f64 {
+    let largest = y.iter().fold(0.0_f64, |largest, y| largest.max(y.abs()));
+    f64::EPSILON.sqrt() * if largest > 0.0 { largest } else { 1.0 }
 }
 
 /// Returns the row and column of a missing entry of ∂F/∂y or ∂F/∂ẏ. The state is given with two sets of weights: one

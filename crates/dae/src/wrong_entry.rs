@@ -3,7 +3,7 @@
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::linearization::Linearization;
-use crate::pattern::{DIRECTIONS, Probe, ROUNDING, Unexplained, bisect};
+use crate::pattern::{DIRECTIONS, Probe, ROUNDING, Unexplained, bisect, equal_displacement};
 use crate::problem::{Problem, StepError};
 
 /// An entry of the Jacobian provided by a problem that differs from difference quotients of the residual.
@@ -43,12 +43,18 @@ const WRONG_AT_KINK: f64 = 0.1;
 /// Maximum relative difference between quotients for two displacements.
 const AGREEMENT: f64 = 0.01;
 
+/// Maximum factor by which displacements are enlarged for columns with small entries. F may be nonlinear over longer
+/// displacements.
+const ENLARGEMENT: f64 = 1e3;
+
 /// Compares the exact [`jacobian`](Problem::jacobian) of a problem with difference quotients of the residual.
 ///
-/// The change of the residual in four directions d, in y and in ẏ, is compared with J d. If the difference in a row
-/// exceeds rounding and a hundredth of |J| |d|, the entry is found by bisection and confirmed by central differences
-/// with two displacements. An entry is not found if its relative error is below 0.02 (0.1 at kinks), if it is much
-/// smaller than its row, or if it is correct at this state but not elsewhere. The check accepts problems without a
+/// The change of the residual in four directions d, in y and in ẏ, is compared with J d. The components of y change by
+/// their tolerances, by equal displacements, and by displacements in inverse proportion to the largest entry of their
+/// column. If the difference in a row exceeds rounding and a hundredth of |J| |d|, the entry is found by bisection and
+/// confirmed by central differences with two displacements. An entry is not found if its relative error is below 0.02
+/// (0.1 at kinks), if it is much smaller than both its row and its column, or if it is correct at this state but not
+/// elsewhere. At a kink, values between the slopes on its two sides are accepted. The check accepts problems without a
 /// Jacobian and ignores evaluations that fail.
 ///
 /// # Errors
@@ -63,10 +69,15 @@ pub fn check_jacobian<P: Problem + ?Sized>(
     if problem.jacobian_parts(at.t, at.y, at.y_dot, [df_dy, df_dyp]).is_err() {
         return Ok(());
     }
+    let equal = vec![1.0 / equal_displacement(at.y); at.y.len()];
+    let scaled = column_weights(&equal, &pattern, &parts[0]);
+    let [at_equal, at_scaled] = [&equal, &scaled].map(|weights| Linearization { weights, ..*at });
     // Derivatives have no tolerance: they are perturbed by 1 + |ẏ|.
     let weights: Vec<f64> = at.y_dot.iter().map(|v| 1.0 / (1.0 + v.abs())).collect();
     let at_rate = Linearization { step: 1.0, weights: &weights, ..*at };
-    for (at, is_rate_matrix) in [(at, false), (&at_rate, true)] {
+    for (at, is_rate_matrix) in
+        [(at, false), (&at_equal, false), (&at_scaled, false), (&at_rate, true)]
+    {
         let values = &parts[usize::from(is_rate_matrix)];
         let matrix = Stated { pattern: &pattern, values };
         if let Ok(Some((row, column, quotient))) = find(problem, matrix, at, is_rate_matrix) {
@@ -80,6 +91,18 @@ pub fn check_jacobian<P: Problem + ?Sized>(
         }
     }
     Ok(())
+}
+
+/// Returns weights reduced by the ratio of the largest entry of the matrix to the largest entry of the column, so that
+/// all columns have similar effects. For example, the columns of multipliers may have small entries alone.
+fn column_weights(weights: &[f64], pattern: &SparsityPattern, values: &[f64]) -> Vec<f64> {
+    let mut sizes = vec![0.0_f64; weights.len()];
+    for ((column, _), value) in pattern.entries().zip(values) {
+        sizes[column] = sizes[column].max(value.abs());
+    }
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    let ratio = |size: f64| if size > 0.0 { (largest / size).min(ENLARGEMENT) } else { 1.0 };
+    weights.iter().zip(sizes).map(|(weight, size)| weight / ratio(size)).collect()
 }
 
 /// The matrix provided by the problem.
@@ -114,6 +137,7 @@ fn find<P: Problem + ?Sized>(
 ) -> Result<Option<(usize, usize, f64)>, StepError> {
     let n = at.y.len();
     let mut probe = Probe::new(problem, *at, is_rate_matrix)?;
+    let visible = if is_rate_matrix { 0.0 } else { equal_displacement(at.y) };
     let mut cleared = vec![false; n];
     for trial in 0..DIRECTIONS {
         let Unexplained { direction: d, rows } =
@@ -124,7 +148,7 @@ fn find<P: Problem + ?Sized>(
                 let change = probe.change_along(half.iter().copied(), &d)?;
                 Ok((change[row] - matrix.product(row, half, &d)).abs())
             })?;
-            if let Some(quotient) = confirmed(&mut probe, (row, column), matrix, &d)? {
+            if let Some(quotient) = confirmed(&mut probe, (row, column), matrix, &d, visible)? {
                 return Ok(Some((row, column, quotient)));
             }
             cleared[row] = true;
@@ -133,13 +157,16 @@ fn find<P: Problem + ?Sized>(
     Ok(None)
 }
 
-/// Returns the difference quotient of an entry if the quotient is reliable and differs from the stated entry.
+/// Returns the difference quotient of an entry if the quotient is reliable and differs from the stated entry. Constants
+/// in F may hide the effect of displacements below `visible`.
 fn confirmed<P: Problem + ?Sized>(
     probe: &mut Probe<'_, P>,
     (row, column): (usize, usize),
     matrix: Stated<'_>,
     d: &[f64],
+    visible: f64,
 ) -> Result<Option<f64>, StepError> {
+    let rounding = ROUNDING * probe.rounding[row];
     let mut one_sided = |factor: f64| -> Result<f64, StepError> {
         let scaled: Vec<f64> = d.iter().map(|d| factor * d).collect();
         Ok(probe.change_along([column], &scaled)?[row] / scaled[column])
@@ -151,14 +178,26 @@ fn confirmed<P: Problem + ?Sized>(
     let stated = matrix.entry(row, column);
     let size = long.abs().max(short.abs());
     let is_smooth = (long - short).abs() <= AGREEMENT * size.max(stated.abs());
-    // At a kink, the entry may be the slope on one side. If the function is smooth, the two slopes approach each other
-    // as the displacement decreases.
+    // At a kink, the entry may be the slope on one side or, if the kink is rounded off within a shorter distance, a slope
+    // between the two. If the function is smooth, the two slopes approach each other as the displacement decreases.
     let is_kink = (near_ahead - near_behind).abs() > 0.5 * (ahead - behind).abs();
-    let sides: &[f64] = if is_kink { &[ahead, behind] } else { &[] };
-    let of_sides = sides.iter().map(|quotient| (quotient - stated).abs());
-    let difference = of_sides.fold((long - stated).abs(), f64::min);
+    let nearest = match is_kink {
+        true => stated.clamp(ahead.min(behind), ahead.max(behind)),
+        false => long,
+    };
+    let difference = (nearest - stated).abs();
     let smallest = if is_kink { WRONG_AT_KINK } else { WRONG };
-    let is_wrong = difference > smallest * size.max(stated.abs())
-        && difference * d[column].abs() > ROUNDING * probe.rounding[row];
-    Ok((is_smooth && is_wrong).then_some(long))
+    let is_wrong =
+        difference > smallest * size.max(stated.abs()) && difference * d[column].abs() > rounding;
+    if !(is_smooth && is_wrong) {
+        return Ok(None);
+    }
+    let factor = visible / d[column].abs();
+    if factor > 1.0
+        && let (Ok(ahead), Ok(behind)) = (one_sided(factor), one_sided(-factor))
+        && (0.5 * (ahead + behind) - stated).abs() <= smallest * stated.abs()
+    {
+        return Ok(None);
+    }
+    Ok(Some(long))
 }

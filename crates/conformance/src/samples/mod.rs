@@ -19,6 +19,7 @@
 //! | [`VanDerPol`] | 0 | 2 | relaxation oscillation, an ordinary differential equation |
 
 mod akzo;
+mod altered;
 mod car_axis;
 mod circuits;
 mod driven;
@@ -37,6 +38,7 @@ mod switching;
 mod van_der_pol;
 
 pub use akzo::Akzo;
+pub use altered::Altered;
 pub use car_axis::CarAxis;
 pub use circuits::{Amplifier, CapacitorLoop, Doubler, TwoStageAmplifier};
 pub use driven::{Pulses, TimeScales};

@@ -1,42 +1,9 @@
 //! Detection of wrong entries in Jacobians.
 
-use myovib_conformance::samples::{Akzo, Robertson, Sample, VanDerPol};
-use myovib_dae::{Linearization, Problem, SparsityPattern, StepError, check_jacobian};
-
-/// A sample with one entry of its Jacobian changed.
-struct Changed<S> {
-    sample: S,
-    place: usize,
-    factor: f64,
-}
-
-impl<S: Problem> Problem for Changed<S> {
-    fn n_unknowns(&self) -> usize {
-        self.sample.n_unknowns()
-    }
-
-    fn residual(&mut self, t: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
-        self.sample.residual(t, y, v, r)
-    }
-
-    fn jacobian_pattern(&self) -> SparsityPattern {
-        self.sample.jacobian_pattern()
-    }
-
-    fn jacobian(
-        &mut self,
-        t: f64,
-        y: &[f64],
-        v: &[f64],
-        a: f64,
-        b: f64,
-        values: &mut [f64],
-    ) -> Result<(), StepError> {
-        self.sample.jacobian(t, y, v, a, b, values)?;
-        values[self.place] *= self.factor;
-        Ok(())
-    }
-}
+use myovib_conformance::samples::{
+    Akzo, Altered, MechanicalForm, Pendulum, Robertson, Sample, VanDerPol,
+};
+use myovib_dae::{Linearization, Problem, StepError, Tolerances, check_jacobian};
 
 /// Checks a sample near its start (y moved by 10 %): first unchanged, then with each entry doubled or negated. Returns
 /// the number of changes that were found, and the number of changes.
@@ -48,7 +15,7 @@ fn found<S: Sample + Clone>(sample: &S) -> (usize, usize) {
         Linearization { t: start.t, y: &y, y_dot: &start.y_dot, step: 1e-3, weights: &weights };
     let checked = |place, factor| {
         let sample = sample.clone();
-        check_jacobian(&mut Changed { sample, place, factor }, &at)
+        check_jacobian(&mut Altered { sample, place, factor }, &at)
     };
     assert_eq!(checked(0, 1.0), Ok(()));
     let pattern = sample.jacobian_pattern();
@@ -72,6 +39,28 @@ fn wrong_entries_are_named() {
     assert!(found(&Robertson).0 >= 12, "{:?}", found(&Robertson));
     assert!(found(&VanDerPol { vdp_mu: 10.0 }).0 >= 4);
     assert!(found(&Akzo).0 >= 20, "{:?}", found(&Akzo));
+}
+
+/// Every nonzero entry of the form of Gear, Gupta and Leimkuhler is reported if its sign is wrong. Regression test: the
+/// multiplier μ is zero, so its tolerance was small relative to the tolerance of velocities, and its wrong entries were
+/// not found.
+#[test]
+fn entries_of_a_variable_with_a_small_tolerance_are_found() {
+    let mut sample = Pendulum::new(MechanicalForm::Stabilized);
+    let tension = 1.0 + 0.6 * 9.81;
+    let y = [0.8, -0.6, 0.6, 0.8, tension, 0.0];
+    let y_dot = [0.6, 0.8, -tension * 0.8, tension * 0.6 - 9.81, 0.0, 0.0];
+    let mut weights = [0.0; 6];
+    Tolerances::scalar(1e-6, 1e-8).write_weights(&y, &mut weights);
+    let at = Linearization { t: 0.0, y: &y, y_dot: &y_dot, step: 1e-3, weights: &weights };
+    let [mut df_dy, mut df_dyp] = [[0.0; 36]; 2];
+    sample.jacobian_parts(0.0, &y, &y_dot, [&mut df_dy, &mut df_dyp]).unwrap();
+    for place in 0..36 {
+        let wrong = check_jacobian(&mut Altered { sample, place, factor: -1.0 }, &at).err();
+        let entry = wrong.map(|wrong| (wrong.row, wrong.column));
+        let is_changed = df_dy[place] != 0.0 || df_dyp[place] != 0.0;
+        assert_eq!(entry, is_changed.then_some((place % 6, place / 6)));
+    }
 }
 
 /// Entries with an error of at least 2 % are reported, as the documentation states. Half of this error is accepted.
@@ -113,14 +102,35 @@ impl Problem for Stated {
     }
 }
 
-/// Checks that the slopes on both sides of a kink are accepted, and that other values are rejected.
+/// Checks that the slopes on both sides of a kink, and slopes between them, are accepted, and that other values are
+/// rejected.
 #[test]
 fn one_sided_derivatives_at_a_kink_are_correct() {
     let at = Linearization { t: 0.0, y: &[0.0], y_dot: &[0.0], step: 1e-3, weights: &[1e4] };
-    for (derivative, is_correct) in [(0.0, true), (1.0, true), (2.0, false), (-1.0, false)] {
+    for (derivative, is_correct) in
+        [(0.0, true), (0.5, true), (1.0, true), (2.0, false), (-1.0, false)]
+    {
         let checked = check_jacobian(&mut Stated(|y| y.max(0.0), derivative), &at);
         assert_eq!(checked.is_ok(), is_correct, "{derivative}");
     }
+}
+
+/// Constants in F hide the effect of displacements by a tolerance of 1e-20.
+#[test]
+fn an_entry_that_rounding_hides_is_correct() {
+    let at = Linearization { t: 0.0, y: &[0.0], y_dot: &[0.0], step: 1e-3, weights: &[1e20] };
+    let square = |y: f64| (1.0 + y) * (1.0 + y) - 1.0;
+    assert_eq!(check_jacobian(&mut Stated(square, 2.0), &at), Ok(()));
+    assert!(check_jacobian(&mut Stated(square, -2.0), &at).is_err());
+}
+
+/// The exact slope of a kink that is rounded off within a hundredth of the tolerance is accepted.
+#[test]
+fn the_slope_of_a_rounded_kink_is_correct() {
+    let at = Linearization { t: 0.0, y: &[5e-7], y_dot: &[0.0], step: 1e-3, weights: &[1e4] };
+    let rounded = |y: f64| (y * y + 1e-12).sqrt();
+    let slope = 5e-7 / rounded(5e-7);
+    assert_eq!(check_jacobian(&mut Stated(rounded, slope), &at), Ok(()));
 }
 
 /// Checks that every nonzero slope of y² at 0 is rejected, even if it equals a one-sided difference quotient for some
