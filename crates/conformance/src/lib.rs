@@ -164,7 +164,10 @@ macro_rules! conformance_tests {
 #[track_caller]
 fn stopped(outcome: Outcome) -> Box<Stop> {
     match outcome {
-        Outcome::Stopped(stop) => stop,
+        Outcome::Stopped(stop) => {
+            assert_eq!(stop.wrong_entry, None, "{stop}");
+            stop
+        }
         other => panic!("{other:?} is no stop"),
     }
 }

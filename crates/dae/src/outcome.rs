@@ -2,10 +2,12 @@
 
 use std::fmt;
 
+use crate::linearization::Linearization;
 use crate::problem::{Problem, VariableKind};
 use crate::remedy::{Remedy, StopContext};
 use crate::statistics::Statistics;
 use crate::stop_reason::StopReason;
+use crate::wrong_entry::{WrongEntry, check_jacobian};
 
 /// Outcome of a call to the integrator. The solver's y and ẏ correspond to the time in the outcome.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,6 +66,8 @@ pub struct Stop {
     pub statistics: Statistics,
     /// Components with the largest weighted local errors in the last attempt, in descending order.
     pub worst_components: Vec<WorstComponent>,
+    /// Entry of the Jacobian provided by the problem that seems to be wrong at the time reached.
+    pub wrong_entry: Option<WrongEntry>,
     /// Suggested remedies, the most likely first; empty if none is known.
     pub remedies: Vec<Remedy>,
 }
@@ -77,11 +81,34 @@ impl Stop {
         statistics: Statistics,
         worst_components: Vec<WorstComponent>,
     ) -> Self {
-        Self { reason, message, t, statistics, worst_components, remedies: Vec::new() }
+        let (wrong_entry, remedies) = (None, Vec::new());
+        Self { reason, message, t, statistics, worst_components, wrong_entry, remedies }
+    }
+
+    /// Searches for a [wrong entry](check_jacobian) of the Jacobian if it may have caused the stop, because Newton's
+    /// method fails with a wrong Jacobian. The search costs about 30 evaluations of the residual; it is omitted for more
+    /// than 1000 unknowns.
+    #[must_use]
+    pub fn examined<P: Problem + ?Sized>(
+        mut self,
+        problem: &mut P,
+        at: &Linearization<'_>,
+    ) -> Self {
+        let is_possible = matches!(
+            self.reason,
+            StopReason::ErrorTestFailures
+                | StopReason::ConvergenceFailures
+                | StopReason::StepTooSmall
+                | StopReason::LinearSetupFailed
+        );
+        if is_possible && at.y.len() <= EXAMINED {
+            self.wrong_entry = check_jacobian(problem, at).err();
+        }
+        self
     }
 
     /// Adds suggested remedies for an integration of `problem`. `kinds` are the kinds of its variables, and `highest`
-    /// is the highest index that the method supports without reformulation.
+    /// is the highest index that the method supports with its present settings.
     #[must_use]
     pub fn advised(mut self, problem: &impl Problem, kinds: &[VariableKind], highest: u8) -> Self {
         let context = StopContext::of(problem, kinds, self.statistics.steps);
@@ -90,15 +117,21 @@ impl Stop {
     }
 }
 
+/// Maximum number of unknowns of a problem whose Jacobian is examined after a stop. The default pattern is full.
+const EXAMINED: usize = 1000;
+
 impl fmt::Display for Stop {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { reason, message, t, statistics, remedies, .. } = self;
+        let Self { reason, message, t, statistics, wrong_entry, remedies, .. } = self;
         let Statistics { steps, last_step, last_order, .. } = statistics;
         write!(
             f,
             "stopped at t = {t} after {steps} steps (last step {last_step:e}, order \
              {last_order}): {reason}: {message}"
         )?;
+        if let Some(wrong) = wrong_entry {
+            write!(f, "; {wrong}")?;
+        }
         for (i, remedy) in remedies.iter().enumerate() {
             let before = if i == 0 { "; suggested remedy:" } else { "; or" };
             write!(f, "{before} {remedy}")?;

@@ -148,6 +148,9 @@ pub struct RadauOptions {
     pub step_window: (f64, f64),
     /// Safety factor of the step-size control; 0.9 by default.
     pub safety: f64,
+    /// Whether an integration that stops [compares](myovib_dae::check_jacobian) the Jacobian of the problem with
+    /// difference quotients, to find a [wrong entry](myovib_dae::Stop::wrong_entry); true by default.
+    pub check_jacobian_at_stop: bool,
     /// Settings of the sparse solver; [`SparseOptions::default`] by default.
     pub sparse: SparseOptions,
 }
@@ -177,6 +180,7 @@ impl Default for RadauOptions {
             jacobian_reuse: 1e-3,
             step_window: (1.0, 1.2),
             safety: 0.9,
+            check_jacobian_at_stop: true,
             sparse: SparseOptions::default(),
         }
     }

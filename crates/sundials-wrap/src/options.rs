@@ -124,6 +124,9 @@ pub struct IdaOptions {
     /// The matrix is set up again if c_j has changed by more than a factor (1 − δ)/(1 + δ), in either direction, since
     /// the last setup. The default of δ is 0.25.
     pub delta_cj: f64,
+    /// Whether an integration that stops [compares](myovib_dae::check_jacobian) the Jacobian of the problem with
+    /// difference quotients, to find a [wrong entry](myovib_dae::Stop::wrong_entry); true by default.
+    pub check_jacobian_at_stop: bool,
     /// Settings of KLU. The defaults are the same as in SUNDIALS: COLAMD, block triangular form, and scaling by the
     /// largest entry of each row.
     pub sparse: SparseOptions,
@@ -151,6 +154,7 @@ impl Default for IdaOptions {
             check_within_steps: false,
             max_newton_iterations: 4,
             delta_cj: 0.25,
+            check_jacobian_at_stop: true,
             sparse: SparseOptions { ordering: Ordering::Colamd, ..SparseOptions::default() },
             vectors: VectorArithmetic::default(),
             constraints: Vec::new(),

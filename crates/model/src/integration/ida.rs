@@ -122,7 +122,12 @@ fn of_first_step(stop: &Stop) -> bool {
 
 /// Creates a builder for IDAS whose stop time is `t_end`.
 pub(crate) fn builder<P: Problem>(problem: P, options: IdaOptions, t_end: f64) -> IdaBuilder<P> {
-    IdaSolver::builder(problem).options(IdaOptions { stop_time: Some(t_end), ..options })
+    IdaSolver::builder(problem).options(IdaOptions {
+        stop_time: Some(t_end),
+        // The user of a scene provides no Jacobian.
+        check_jacobian_at_stop: false,
+        ..options
+    })
 }
 
 /// Returns the options of IDAS for a muscle with `settings`.

@@ -151,6 +151,8 @@ fn builder<P: Problem>(problem: P, options: RadauOptions, t_end: f64) -> RadauBu
         stop_time: Some(t_end),
         // Runs read samples from dense output, but its error does not limit the steps yet.
         dense_output: false,
+        // The user of a scene provides no Jacobian.
+        check_jacobian_at_stop: false,
         ..options
     })
 }

@@ -2,7 +2,8 @@
 
 use myovib_dae::checks::expect;
 use myovib_dae::{
-    IntegratorError, LinearSolver, Outcome, Problem, Stop, StopReason, WorstComponent,
+    IntegratorError, LinearSolver, Linearization, Outcome, Problem, Stop, StopReason,
+    WorstComponent,
 };
 
 use super::state::{JacobianAge, RadauSolver, step_of};
@@ -359,7 +360,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    pub(super) fn stop(&self, reason: StopReason, message: String) -> Outcome {
+    pub(super) fn stop(&mut self, reason: StopReason, message: String) -> Outcome {
         let n = self.y.len();
         let weighted: Vec<f64> = match reason {
             StopReason::ConvergenceFailures => {
@@ -368,11 +369,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             _ => (0..n).map(|i| self.error_test.error(i) * self.weights.scaled()[i]).collect(),
         };
         let worst = WorstComponent::largest(&self.problem, weighted);
-        let stop = Stop::new(reason, message, self.t(), self.statistics(), worst).advised(
-            &self.problem,
-            &self.kinds,
-            3,
-        );
-        Outcome::Stopped(Box::new(stop))
+        let mut stop = Stop::new(reason, message, self.t(), self.statistics(), worst);
+        if self.options.check_jacobian_at_stop {
+            let (t, step, weights) = (self.t, self.h.unwrap_or(0.0), self.weights.plain());
+            let at = Linearization { t, y: &self.y, y_dot: &self.y_dot, step, weights };
+            stop = stop.examined(&mut self.problem, &at);
+        }
+        Outcome::Stopped(Box::new(stop.advised(&self.problem, &self.kinds, 3)))
     }
 }

@@ -17,7 +17,10 @@ pub(crate) fn reference(name: &str) -> Value {
 #[track_caller]
 pub(crate) fn stopped(outcome: Outcome) -> Box<Stop> {
     match outcome {
-        Outcome::Stopped(stop) => stop,
+        Outcome::Stopped(stop) => {
+            assert_eq!(stop.wrong_entry, None, "{stop}");
+            stop
+        }
         other => panic!("not stopped: {other:?}"),
     }
 }

@@ -28,3 +28,4 @@ mod scales;
 mod sensitivity;
 mod squeezer;
 mod starts;
+mod wrong_jacobian;

@@ -268,6 +268,7 @@ impl<P: Problem> IdaBuilder<P> {
             t: t0,
             n,
             min_step: self.options.min_step,
+            checks_jacobian: self.options.check_jacobian_at_stop,
             first_step_of,
             max_steps: self.options.max_steps,
             mark: (0, t0),

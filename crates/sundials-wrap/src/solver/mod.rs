@@ -24,8 +24,8 @@ use crate::ffi::call::CallFailed;
 use crate::ffi::ida::{Counter, Ida, Task};
 use myovib_dae::checks::{expect, expect_finite_value, expect_state, expect_vector};
 use myovib_dae::{
-    InconsistentStart, IntegratorError, Outcome, Problem, Stop, StopReason, VariableKind,
-    WorstComponent, check_start,
+    InconsistentStart, IntegratorError, Linearization, Outcome, Problem, Stop, StopReason,
+    VariableKind, WorstComponent, check_start,
 };
 
 use crate::options::IdaOptions;
@@ -59,6 +59,8 @@ pub struct IdaSolver<P: Problem> {
     t: f64,
     n: usize,
     min_step: f64,
+    /// Whether the Jacobian is compared with difference quotients after a stop.
+    checks_jacobian: bool,
     /// Settings for the estimate of the first step size, if IDAS does not choose it.
     first_step_of: Option<IdaOptions>,
     max_steps: Option<usize>,
@@ -254,8 +256,23 @@ impl<P: Problem> IdaSolver<P> {
     }
 
     /// Returns the outcome of a call that cannot continue, with suggested remedies.
-    fn stopped(&self, reason: StopReason, message: String, worst: Vec<WorstComponent>) -> Outcome {
-        let stop = Stop::new(reason, message, self.t, self.statistics(), worst);
+    fn stopped(
+        &mut self,
+        reason: StopReason,
+        message: String,
+        worst: Vec<WorstComponent>,
+    ) -> Outcome {
+        let mut stop = Stop::new(reason, message, self.t, self.statistics(), worst);
+        if self.checks_jacobian {
+            let (t, step) = (self.t, self.ida.current_step());
+            let [y, y_dot] = [self.ida.y().to_vec(), self.ida.y_dot().to_vec()];
+            let mut weights = vec![0.0; self.n];
+            let UserFunctions { problem, weighing, .. } = self.functions_mut();
+            if weighing.write(problem, &y, &mut weights).is_ok() {
+                let at = Linearization { t, y: &y, y_dot: &y_dot, step, weights: &weights };
+                stop = stop.examined(problem, &at);
+            }
+        }
         Outcome::Stopped(Box::new(stop.advised(self.problem(), &self.kinds, 1)))
     }
 

@@ -22,3 +22,4 @@ mod samples;
 mod second_order;
 mod sensitivity;
 mod states;
+mod wrong_jacobian;
