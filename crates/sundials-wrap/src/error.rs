@@ -35,6 +35,12 @@ pub enum Error {
         /// Start time, at which the sensitivities were given.
         t_start: f64,
     },
+    /// Sensitivities cannot be corrected onto constraints.
+    #[error(
+        "ConsistencyMode::Constraints does not correct sensitivities: correct y by a solver without sensitivities, and \
+         give the derivatives of these values"
+    )]
+    SensitivitiesNotCorrected,
     /// The backward problem requires a stored forward solution, see `IdaBuilder::checkpoints`.
     #[error("this solver does not store checkpoints: build it with IdaBuilder::checkpoints")]
     NoCheckpoints,

@@ -152,7 +152,8 @@ impl<P: Problem> IdaBuilder<P> {
     }
 
     /// Integrates the sensitivities ∂y/∂p_j to `parameters` along with the solution, from the given initial values S
-    /// and Ṡ. [`correct_initial_values`](IdaSolver::correct_initial_values) also corrects the initial sensitivities.
+    /// and Ṡ. [`correct_initial_values`](IdaSolver::correct_initial_values) also corrects the initial sensitivities, but
+    /// not onto constraints.
     #[must_use]
     pub fn sensitivities(
         mut self,

@@ -23,8 +23,10 @@ impl<P: Problem> IdaSolver<P> {
     ///
     /// # Errors
     /// Returns [`IntegratorError::Inconsistent`] or, with sensitivities, [`Error::InconsistentInitialValues`] if
-    /// consistent values are not found. Returns [`Error::Callback`] if the problem returns a fatal error, and
-    /// [`IntegratorError::AfterTheStart`] or [`Error::Call`] for misuse.
+    /// consistent values are not found. Returns [`Error::SensitivitiesNotCorrected`] for
+    /// [`ConsistencyMode::Constraints`] with sensitivities: at index 2, initial sensitivities must satisfy the derivatives
+    /// of the constraints with respect to the parameters. Returns [`Error::Callback`] if the problem returns a fatal
+    /// error, and [`IntegratorError::AfterTheStart`] or [`Error::Call`] for misuse.
     pub fn correct_initial_values(
         &mut self,
         mode: ConsistencyMode,
@@ -41,6 +43,9 @@ impl<P: Problem> IdaSolver<P> {
         let unknowns = match mode {
             ConsistencyMode::AlgebraicAndDerivatives => InitialUnknowns::AlgebraicAndDerivatives,
             ConsistencyMode::States => InitialUnknowns::States,
+            ConsistencyMode::Constraints if self.functions().sensitivities.is_some() => {
+                return Err(Error::SensitivitiesNotCorrected);
+            }
             ConsistencyMode::Constraints => return self.correct_state(mode, t_first),
             other => unreachable!("{other:?} is not a mode of this version"),
         };

@@ -1,8 +1,10 @@
 //! Search for consistent initial values.
 
-use myovib_conformance::samples::{Heat2d, Robertson, Sample};
+use myovib_conformance::samples::{
+    Heat2d, MechanicalForm, ParametricSample, Pendulum, Robertson, Sample,
+};
 use myovib_dae::{Outcome, Problem, StepError, Suppressed, VariableKind};
-use sundials_wrap::{ConsistencyMode, IdaOptions, IdaSolver};
+use sundials_wrap::{ConsistencyMode, Error, IdaOptions, IdaSolver, SensitivityOptions};
 
 use crate::common::tolerance;
 
@@ -85,6 +87,20 @@ fn consistent_values_of_exponential_kinetics_are_found() {
     assert!((y[1] - exact).abs() < 1e-8, "{y:?}");
     assert!((y[2] - (4.0 - 0.1 * exact)).abs() < 1e-8, "{y:?}");
     assert!((y_dot[0] + exact).abs() < 1e-8, "{y_dot:?}");
+}
+
+/// Sensitivities must satisfy the differentiated constraints, which the correction does not compute.
+#[test]
+fn sensitivities_are_not_corrected_onto_constraints() {
+    let pendulum = Pendulum::new(MechanicalForm::Index2);
+    let (start, parameters) = (pendulum.start(), pendulum.differenced());
+    let starts = vec![[vec![0.0; 5], vec![0.0; 5]]; 2];
+    let mut solver = IdaSolver::builder(pendulum)
+        .sensitivities(parameters, SensitivityOptions::default(), starts)
+        .build(start.t, &start.y, &start.y_dot)
+        .unwrap();
+    let error = solver.correct_initial_values(ConsistencyMode::Constraints, 1.0).unwrap_err();
+    assert!(matches!(error, Error::SensitivitiesNotCorrected), "{error}");
 }
 
 /// The temperature is computed from its rate of change, by the discrete Poisson equation.
