@@ -18,6 +18,8 @@ pub enum Remedy {
     MoreSteps,
     /// Replace constraints by their derivatives, which lowers the index.
     LowerIndex,
+    /// Exclude variables of index 2 from the error test.
+    ExcludeIndex2,
     /// Start from values that satisfy the equations and the derivatives of the constraints.
     ConsistentStart,
     /// If the equations have a jump or a kink, restart at its time with the values after it.
@@ -26,7 +28,7 @@ pub enum Remedy {
     LooserTolerances,
     /// Tighten all tolerances.
     TighterTolerances,
-    /// Loosen the tolerances of velocities and multipliers.
+    /// Loosen the tolerances of velocities and multipliers. Newton's method uses them even if the error test does not.
     LooserMultipliers,
     /// State the constraints, and correct the initial values so that they are satisfied.
     StateConstraints,
@@ -44,6 +46,9 @@ impl fmt::Display for Remedy {
             Self::LowerIndex => {
                 "replacing the constraint by its derivative, which lowers the index"
             }
+            Self::ExcludeIndex2 => {
+                "excluding variables of index 2 from the error test (Suppressed::FromIndex(2))"
+            }
             Self::ConsistentStart => {
                 "initial values that satisfy the equations (for index 1, call correct_initial_values) and, for an \
                  index above 1, the derivatives of the constraints"
@@ -54,7 +59,9 @@ impl fmt::Display for Remedy {
             }
             Self::LooserTolerances => "looser tolerances",
             Self::TighterTolerances => "tighter tolerances",
-            Self::LooserMultipliers => "looser tolerances for velocities and multipliers",
+            Self::LooserMultipliers => {
+                "looser tolerances for velocities and multipliers, which Newton's method also uses"
+            }
             Self::StateConstraints => {
                 "defining the constraints (Problem::constraints) and correcting the initial values by \
                  them"
@@ -91,8 +98,8 @@ impl StopContext {
         }
     }
 
-    /// Returns the remedies for the given `reason`. `highest` is the highest index that the method supports without
-    /// reformulation.
+    /// Returns the remedies for the given `reason`. `highest` is the highest index that the method supports with the
+    /// present settings.
     pub(crate) fn remedies(self, reason: StopReason, highest: u8) -> Vec<Remedy> {
         let mut remedies = match reason {
             StopReason::MaxSteps => vec![Remedy::AnotherCall, Remedy::MoreSteps],
@@ -114,7 +121,11 @@ impl StopContext {
         let is_hidden = |index: u8| (2..=highest).contains(&index);
         let has_hidden_constraints = self.index.is_some_and(is_hidden);
         if self.index.is_some_and(|index| index > highest) {
-            remedies.push(Remedy::LowerIndex);
+            // Systems of index 2 may already contain the derivatives of constraints.
+            remedies.push(match self.index {
+                Some(2) => Remedy::ExcludeIndex2,
+                _ => Remedy::LowerIndex,
+            });
         } else {
             if self.steps == 0 {
                 remedies.push(Remedy::ConsistentStart);
@@ -140,6 +151,22 @@ impl StopContext {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Regression test: for the form of Gear, Gupta and Leimkuhler, the derivative of the constraint was suggested.
+    #[test]
+    fn the_error_test_and_then_newton_tolerances_are_named_for_index_2() {
+        use Remedy::{ExcludeIndex2, LooserMultipliers, LooserTolerances, Radau, RestartAtBreak};
+        let context = StopContext {
+            index: Some(2),
+            algebraic: true,
+            are_constraints_stated: false,
+            steps: 1,
+        };
+        let failures = StopReason::ConvergenceFailures;
+        assert_eq!(context.remedies(failures, 1), [ExcludeIndex2, Radau]);
+        let excluded = [RestartAtBreak, LooserTolerances, LooserMultipliers, Radau];
+        assert_eq!(context.remedies(failures, 2), excluded);
+    }
 
     /// Regression test: remedies for inconsistent initial values were suggested after thousands of steps, and looser
     /// tolerances were suggested for initial values that violate a constraint.

@@ -58,6 +58,7 @@ pub(super) fn in_python(message: &str) -> String {
         ),
         ("(initial_step)", "(first_step)"),
         ("(suppressed)", "(suppress)"),
+        ("(Suppressed::FromIndex(2))", "(suppress)"),
         ("Problem::indices", "index="),
         // Constraints can only be stated in Rust.
         (

@@ -273,7 +273,18 @@ impl<P: Problem> IdaSolver<P> {
                 stop = stop.examined(problem, &at);
             }
         }
-        Outcome::Stopped(Box::new(stop.advised(self.problem(), &self.kinds, 1)))
+        let highest = self.highest_index();
+        Outcome::Stopped(Box::new(stop.advised(self.problem(), &self.kinds, highest)))
+    }
+
+    /// Returns the highest index that is supported with the present settings. The error test fails for variables of
+    /// index 2, because their errors do not decrease with the step size.
+    fn highest_index(&self) -> u8 {
+        let Some((tested, indices)) = self.suppressed.as_ref().zip(self.problem().indices()) else {
+            return 1;
+        };
+        let mut tests = tested.iter().zip(indices);
+        if tests.any(|(tested, index)| index == 2 && *tested != 0.0) { 1 } else { 2 }
     }
 
     /// Restores y and ẏ at the current time if IDAS has stopped there without reporting a solution.
