@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._structure import PART, RANK, Array, Pattern, Structure
+from ._structure import PART, RANK, Array, Pattern, Structure, _near_one
 
 try:
     import scipy.sparse as sparse
@@ -55,6 +55,7 @@ class SparseStructure(Structure):
         tolerance: Array,
         pattern: Pattern,
         is_accurate: bool = False,
+        part: float = 1.0,
     ) -> None:
         n = len(y)
         offsets, rows = pattern
@@ -62,7 +63,7 @@ class SparseStructure(Structure):
         groups = _independent_columns(offsets, rows)
         if groups.max() >= MOST_GROUPS:
             raise ValueError
-        self._set_state(y, yp, tolerance, is_accurate)
+        self._set_state(y, yp, tolerance, is_accurate, part)
         base = self._evaluate(residual, t, y, yp)
 
         def matrix(rate: bool) -> Any:
@@ -108,9 +109,19 @@ class SparseStructure(Structure):
     def contradiction(self, evaluate: Callable[[Array], Array], tolerance: Array) -> None:
         """Return None: combinations of equations are only examined in small systems."""
 
-    def _combined(self) -> Any:
+    def _combined(self, of: Structure) -> Any:
         is_algebraic = self.algebraic.astype(float)
-        return (self.df_dy @ sparse.diags(is_algebraic) + self.df_dyp @ sparse.diags(1.0 - is_algebraic)).tocsc()
+        return (of.df_dy @ sparse.diags(is_algebraic) + of.df_dyp @ sparse.diags(1.0 - is_algebraic)).tocsc()
+
+    @staticmethod
+    def _has_entries(matrix: Any) -> bool:
+        return bool(matrix.getnnz(axis=0).all() and matrix.getnnz(axis=1).all())
+
+    @staticmethod
+    def _perturbed(matrix: Any, random: np.random.Generator) -> Any:
+        found = (sparse.diags(1.0 / abs(matrix).max(axis=1).toarray().ravel()) @ matrix).tocsc()
+        found.data *= _near_one(random, found.data.shape)
+        return found
 
     @staticmethod
     def _solve(matrix: Any, right: Array) -> Array:

@@ -31,6 +31,11 @@ CLEAR = 0.05
 # Relative increments of forward differences, and of differences of order 4.
 SMALL, FOURTH_ORDER = float(np.sqrt(np.finfo(float).eps)), 3e-5
 
+# Factors of the increments of the two accurate matrices that decide whether a matrix is singular, relative change of their
+# entries, and largest relative difference of solutions with both matrices. The errors of accurate quotients are about
+# 1e-11 of the terms of F, and those of order 4 differ by a factor of 8 between the increments.
+PARTS, PERTURBED, AGREEMENT = (1.0, 0.6), 1e-11, 0.01
+
 # Exponents of the values of c for which the size of the inverse of dF/dy + c dF/dy' is computed.
 EXPONENTS = np.arange(12, -9, -1)
 
@@ -52,6 +57,8 @@ class Structure:
     df_dyp: Any
     # Variables whose derivatives do not occur in F.
     algebraic: NDArray[np.bool_]
+    # Returns an accurate structure at the same state; the argument is a factor of the increments.
+    accurate: Callable[[float], Structure | None]
 
     def __init__(
         self,
@@ -61,6 +68,7 @@ class Structure:
         yp: Array,
         tolerance: Array,
         is_accurate: bool = False,
+        part: float = 1.0,
     ) -> None:
         def column(j: int, size: float, rate: bool) -> Array:
             def moved(factor: float) -> Array:
@@ -70,7 +78,7 @@ class Structure:
 
             return self._change(moved, base) / size
 
-        self._set_state(y, yp, tolerance, is_accurate)
+        self._set_state(y, yp, tolerance, is_accurate, part)
         base = self._evaluate(residual, t, y, yp)
         self.quotient = column
         by_y, by_yp = ([column(j, size, rate) for j, size in enumerate(self.sizes[rate])] for rate in (False, True))
@@ -83,11 +91,12 @@ class Structure:
         self.df_dy, self.df_dyp = np.column_stack(by_y), np.column_stack(by_yp)
         self.algebraic = ~self.df_dyp.any(axis=0)
 
-    def _set_state(self, y: Array, yp: Array, tolerance: Array, is_accurate: bool) -> None:
-        """Set the state, and the increments for all variables and derivatives."""
+    def _set_state(self, y: Array, yp: Array, tolerance: Array, is_accurate: bool, part: float) -> None:
+        """Set the state, and the increments for all variables and derivatives, which are multiplied by `part`."""
         self.state, self.is_accurate = (y.copy(), yp.copy()), is_accurate
         relative = FOURTH_ORDER if is_accurate else SMALL
-        self.sizes = (np.maximum(relative * np.abs(y), tolerance), np.full(len(y), 1e-3 * np.abs(yp).max() or 1.0))
+        of_rates = np.full(len(y), 1e-3 * np.abs(yp).max() or 1.0)
+        self.sizes = (part * np.maximum(relative * np.abs(y), tolerance), part * of_rates)
 
     def _change(self, moved: Callable[[float], Array], base: Array) -> Array:
         """Return the change of F per increment: the forward difference or, if it is to be accurate, that of order 4.
@@ -118,11 +127,13 @@ class Structure:
         tolerance: Array,
         pattern: Pattern | None = None,
         is_accurate: bool = False,
+        part: float = 1.0,
     ) -> Structure | None:
         """Return the structure; None if F is undefined near the state, or if a large system has no `pattern`.
 
         The pattern contains the offsets of the columns and the row of each entry. `tolerance` contains the smallest
-        increments of the variables. Accurate matrices take four times as many evaluations of F.
+        increments of the variables. Accurate matrices take four times as many evaluations of F. All increments are
+        multiplied by `part`.
         """
         from ._sparse_structure import SparseStructure
 
@@ -130,13 +141,15 @@ class Structure:
         try:
             with np.errstate(all="ignore"):
                 if len(y) <= LARGEST:
-                    found = cls(residual, t, y, yp, tolerance, is_accurate)
+                    found = cls(residual, t, y, yp, tolerance, is_accurate, part)
                 elif pattern is not None and SparseStructure.is_possible(len(y)):
-                    found = SparseStructure(residual, t, y, yp, tolerance, pattern, is_accurate)
+                    found = SparseStructure(residual, t, y, yp, tolerance, pattern, is_accurate, part)
                 else:
                     return None
         except Exception:
             return None
+        sizes = found.sizes[False]
+        found.accurate = lambda part: cls.at(residual, t, *found.state, sizes, pattern, is_accurate=True, part=part)
         return found if found.is_finite else None
 
     @property
@@ -227,7 +240,7 @@ class Structure:
 
     def contradictory(self, initial: str) -> list[int]:
         """Return the equations in a combination independent of all values that `initial` corrects."""
-        columns = self.df_dy if initial == "states" else self._combined()
+        columns = self.df_dy if initial == "states" else self._combined(self)
         return np.flatnonzero(self._null(columns.T)).tolist()
 
     def contradiction(self, evaluate: Callable[[Array], Array], tolerance: Array) -> tuple[list[int], float, float] | None:
@@ -289,19 +302,41 @@ class Structure:
     @cached_property
     def of_higher_index(self) -> list[int]:
         """Return the algebraic variables that F = 0 does not determine. Their index is above 1."""
-        columns = self._combined()
+        columns = self._combined(self)
         # In the given units, rounding errors of the quotients are small. In balanced units, small entries of null
         # vectors are significant.
-        is_free = self._null(columns) | self._null(self._balanced(columns))
-        return np.flatnonzero(is_free & self.algebraic).tolist()
+        is_free = (self._null(columns) | self._null(self._balanced(columns))) & self.algebraic
+        # Coefficients that differ by more than 1/RANK do not make a matrix singular.
+        if is_free.any() and self._has_entries(columns):
+            is_free &= ~self._determined()
+        return np.flatnonzero(is_free).tolist()
 
-    def _combined(self) -> Array:
+    def _determined(self) -> NDArray[np.bool_]:
+        """Return the derivatives and algebraic variables that the linearized F = 0 determines beyond its rounding errors.
+
+        These agree between solutions with two accurate matrices, which have different errors.
+        """
+        random = np.random.default_rng(0)
+        none = np.zeros(len(self.algebraic), dtype=bool)
+        right = random.choice([-1.0, 1.0], len(none))
+        found = []
+        for part in PARTS:
+            other = self.accurate(part)
+            if other is None:
+                return none
+            try:
+                found.append(self._solve(self._perturbed(self._combined(other), random), right))
+            except (np.linalg.LinAlgError, RuntimeError):  # singular
+                return none
+        return np.asarray(np.abs(found[1] - found[0]) <= AGREEMENT * np.abs(found[0]))
+
+    def _combined(self, of: Structure) -> Any:
         """Return the columns of dF/dy for algebraic and of dF/dy' for differential variables."""
-        return np.where(self.algebraic, self.df_dy, self.df_dyp)
+        return np.where(self.algebraic, of.df_dy, of.df_dyp)
 
     def solve(self, right: Array) -> Array | None:
         """Solve the linearized F = 0 for derivatives and algebraic variables; None if they are not determined."""
-        matrix = self._combined()
+        matrix = self._combined(self)
         return None if self._null(matrix).any() else self._solve(matrix, right)
 
     @staticmethod
@@ -319,9 +354,23 @@ class Structure:
         return _null(matrix)
 
     @staticmethod
+    def _has_entries(matrix: Array) -> bool:
+        """Return whether each row and each column has a nonzero entry."""
+        return bool(matrix.any(axis=0).all() and matrix.any(axis=1).all())
+
+    @staticmethod
+    def _perturbed(matrix: Array, random: np.random.Generator) -> Array:
+        """Return the matrix with random relative changes and rows whose largest entries are 1."""
+        return np.asarray(matrix / np.abs(matrix).max(axis=1, keepdims=True) * _near_one(random, matrix.shape))
+
+    @staticmethod
     def _balanced(matrix: Array) -> Array:
         """Return the matrix with rows and columns scaled so that its nonzero entries are as close to 1 as possible."""
         return _balanced(matrix)
+
+
+def _near_one(random: np.random.Generator, shape: Any) -> Array:
+    return np.asarray(1.0 + PERTURBED * random.standard_normal(shape))
 
 
 def _inverse(matrix: Array) -> Array | None:

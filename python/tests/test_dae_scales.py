@@ -5,10 +5,11 @@ import warnings
 
 import numpy as np
 import pytest
-from scipy.sparse import identity
+from scipy.sparse import identity, kron
 
 import myovib
 from myovib import solve_dae
+from myovib._structure import Structure
 
 RADAU = ["radau5", "radau9", "radau13"]
 
@@ -272,3 +273,36 @@ def test_an_index_above_1_is_reported_in_any_units(resistance, method):
                 solve_dae(*problem, method, atol=atol, max_steps=3)
             named = any("[2]" in str(warning.message) for warning in caught)
             assert named == (resistance == 0), (capacity, rows, unknowns)
+
+
+@pytest.mark.parametrize("method", ["radau5", "bdf"])
+@pytest.mark.parametrize("conductance", [1e6, 1e8, 1e9])
+@pytest.mark.parametrize("n_cells", [1, 80])
+def test_widely_different_coefficients_are_not_an_index_above_1(conductance, method, n_cells):
+    # Regression: two nodes of an electrode, joined by a metal strip, had an index above 1 from 1e8 on.
+    def electrode(y, yp):
+        charge, a, b = y
+        strip = conductance * (a - b)
+        return [yp[0] - np.sinh(20 * a), strip + np.sinh(20 * a) - 1, np.sinh(20 * b) - strip]
+
+    def residual(t, y, yp):
+        return np.array(electrode(y.reshape(3, -1), yp.reshape(3, -1))).ravel()
+
+    mean, half = np.arcsinh(0.5) / 20, 0.25 / conductance
+    start = np.repeat([[0, mean + half, mean - half], [0.5, 0, 0]], n_cells, axis=1)
+    sparsity = kron(np.ones((3, 3)), identity(n_cells)) if n_cells > 1 else None
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        s = solve_dae(residual, (0, 1), *start, method, rtol=1e-6, sparsity=sparsity)
+    assert s.success
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_an_index_above_1_is_found_in_combined_equations(seed):
+    # No single equation is free of derivatives. The difference quotients of F are not exactly singular.
+    mixed = np.linalg.qr(np.random.default_rng(seed).standard_normal((5, 5)))[0]
+    structure = Structure.at(
+        lambda t, y, yp: mixed @ np.r_[yp[:2] - y[2:4], yp[2:4] + y[4] * y[:2] + [0, 9.81], y[:2] @ y[:2] - 1], 0, np.array([0.6, -0.8, 0.4, 0.3, 8.098]),
+        np.array([0.4, 0.3, -4.8588, -3.3316, 0]), np.full(5, 1e-6),
+    )  # fmt: skip
+    assert structure.of_higher_index == [4]
