@@ -31,6 +31,7 @@ from ._arguments import (
 )
 from ._breaks import jumping_from_start, values_after, values_of_index_2
 from ._index import index_note, jumping_multipliers, listed
+from ._outputs import violated
 from ._parts import (
     _End,
     _counted_from,
@@ -174,7 +175,9 @@ def solve_dae(
         scalar.
     t_eval : array_like, optional
         Output times, which must be finite and sorted in the direction of integration. A
-        time may be repeated. By default, the outputs are at the ends of all steps.
+        time may be repeated. By default, the outputs are at the ends of all steps. A warning
+        names values that violate an equation without derivatives by more than 1000 tolerances
+        (20 000 at index 2 and 3).
     dense_output : bool
         Whether the result contains `sol`.
     first_step, max_step : float, optional
@@ -461,6 +464,12 @@ def solve_dae(
         if reason:
             notes += [reason] if may_be_singular else []
             solution.status, solution.message = -1, f"{solution.message}, but the results may be wrong: {reason}"
+    if outputs is not None and solution.success and structure:
+        # F may jump at these times.
+        jumps = [t0, *(end.t for end in ends[1:] if end.before != end.t)]
+        is_higher = is_hidden or excluded is not None
+        wrong = violated(solution, calls.count, residual, structure.without_rates, (rtol, tolerances), jumps, is_higher)
+        notes += [wrong] if wrong else []
     if sensitivities is not None and solution.t.size:
         states = [(float(solution.t[k]), solution.y[:, k], solution.yp[:, k]) for k in {solution.t.size // 2, solution.t.size - 1}]
         if wrong := sensitivities.wrong_derivative(states):
