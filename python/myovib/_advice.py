@@ -53,6 +53,7 @@ class Facts(NamedTuple):
     # Whether the velocities at the start violate constraints.
     has_wrong_velocities: bool
     has_jacobian: bool
+    has_sensitivities: bool
     # Description of missing, wrong or excessive indices; empty if all are right.
     index_note: str
     span: float
@@ -64,6 +65,8 @@ class Facts(NamedTuple):
     pattern: Pattern | None
     # Index of each variable, if given.
     indices: list[int] | None
+    # Returns the solution up to the time of the stop; with `t_eval`, the last output may be far from it.
+    up_to_stop: Callable[[], DaeSolution | None] = lambda: None
 
 
 # Message of IDAS if all attempts at the first step fail the error test. The group is the step size of the last attempt.
@@ -71,6 +74,9 @@ FAILED_AT_START = re.compile(r"after 0 steps .*error_test_failures.* h = -?([-+.
 
 # Beginning of the message if no consistent values are found after a break.
 VALUELESS = "no consistent initial values"
+
+# Part of the message if steps become too short.
+TOO_SMALL = "step_too_small"
 
 # Beginning of messages that contain the time of the last step. This time may be after the last output time.
 STOPPED = re.compile(r"(?:stopped|the limit .* was reached) at t = ([-+.\de]+)")
@@ -139,6 +145,8 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
             f"the error test fails in a first step of {failed[1]}: give `first_step={failed[1]}`, or `yp0` with the derivatives "
             "of all variables, including the algebraic ones"
         )
+        if facts.has_sensitivities and not has_jacobian:
+            advice = f"the error test fails in a first step of {failed[1]}: give the exact `jacobian`, which sensitivities also use"
         small = np.flatnonzero(rtol * np.abs(y) < atol)
         if 0 < len(small) < len(y):
             near = f"the variables {listed(small.tolist())} (counted from 0) start at or near 0"
@@ -187,14 +195,16 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
         )
     elif (
         not solution.success
-        and _fails_to_converge(solution.message)
-        and (kinked := _kinked(residual, solution, rtol, atol))
+        and (_fails_to_converge(solution.message) or TOO_SMALL in solution.message)
+        and (kinked := _kinked(residual, solution, rtol, atol) or _kinked(residual, facts.up_to_stop(), rtol, atol))
     ):
-        other = "call without `jacobian`" if has_jacobian else "give the exact `jacobian`"
         advice = (
             f"the equations {kinked} (counted from 0) have a kink near this time, as `max`, `abs` and `if` do: replace it "
-            f"by a smooth function over {SMOOTH}, change the equations at one of the `events`, or {other}"
+            f"by a smooth function over {SMOOTH}, or change the equations at one of the `events`"
         )
+        # With outputs, an exact Jacobian stops Radau IIA at most kinks.
+        if has_jacobian or is_bdf or not facts.has_outputs:
+            advice += ", or call without `jacobian`" if has_jacobian else ", or give the exact `jacobian`"
     elif steep:
         advice = (
             f"the derivatives of the variables {steep} (counted from 0) grow without bound near this time: "
@@ -205,6 +215,10 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
             f"t_span: times near {solution.t[-1]:.3g} are rounded to {np.spacing(abs(solution.t[-1])):.1e}, within which "
             "the solution changes by more than the tolerances: measure time from a closer origin"
         )
+    elif is_bdf and not solution.success and _is_nonlinear_in_rates(residual, solution):
+        is_guess = True
+        advice = "F is nonlinear in y', for which BDF may need very short steps or stop: use a Radau method"
+        advice += "" if has_jacobian else "; the exact `jacobian` or tighter tolerances may also help"
     elif many:
         # This occurs, for example, if a variable amplifies the errors of others. The error estimate of BDF is small
         # while the step size is constant. Each longer step then fails, and the order remains 1.
@@ -413,9 +427,27 @@ def _growing(solution: DaeSolution, indices: list[int] | None) -> list[int]:
     return np.flatnonzero((before > 0) & (sizes[:, -1] > GROWTH * before)).tolist()
 
 
+# Relative change of derivatives, and relative second difference of F from which on F is considered nonlinear in y'. The latter
+# is 0.05 for a square.
+CHANGED, CURVED = 0.1, 1e-3
+
+
+def _is_nonlinear_in_rates(residual: Function, solution: DaeSolution) -> bool:
+    """Return whether F is nonlinear in y' at the last state."""
+    t, y, yp = float(solution.t[-1]), solution.y[:, -1], solution.yp[:, -1]
+    try:
+        low, middle, high = (np.array(residual(t, y, (1.0 + c * CHANGED) * yp), dtype=float) for c in (-1, 0, 1))
+    except Exception:  # outside of the domain of F
+        return False
+    return bool((np.abs(high - 2.0 * middle + low) > CURVED * np.abs(high - low)).any())
+
+
 # Distances, in tolerances, within which kinks of F are searched for, and smallest relative change of slope at a kink.
 DISTANCES = (0.01, 0.1, 1.0, 10.0, 100.0)
 BEND = 0.1
+# Further distances for variables that are small at the last state, and their limit, relative to the largest value. A kink is
+# found within 1/16 of two successive distances.
+FURTHER, NEARBY = (1e3, 1e4, 1e5), 0.1
 
 
 def _fails_to_converge(message: str) -> bool:
@@ -423,18 +455,21 @@ def _fails_to_converge(message: str) -> bool:
     return "converge" in message or "abruptly" in message
 
 
-def _kinked(residual: Function, solution: DaeSolution, rtol: float, atol: Array) -> list[int]:
-    """Return the equations with a kink near the last state."""
+def _kinked(residual: Function, solution: DaeSolution | None, rtol: float, atol: Array) -> list[int]:
+    """Return the equations with a kink near the last state, if any."""
+    if solution is None or not solution.t.size:
+        return []
     t, y, yp = solution.t[-1], solution.y[:, -1], solution.yp[:, -1]
     if len(y) > LARGE:
         return []
     tolerances = rtol * np.abs(y) + atol
+    nearby = NEARBY * np.abs(solution.y).max(axis=1)
     found = np.zeros(len(y), dtype=bool)
     try:
         base = np.array(residual(t, y, yp), dtype=float)
         for j in range(len(y)):
             was_bent = np.zeros(len(y), dtype=bool)
-            for distance in DISTANCES:
+            for distance in (*DISTANCES, *(d for d in FURTHER if d * tolerances[j] <= nearby[j])):
                 unit = distance * tolerances[j] * (np.arange(len(y)) == j)
                 moved = [np.array(residual(t, y + c * unit, yp), dtype=float) for c in (1, -1, 0.25, -0.25)]
                 changes = np.array(moved) - base

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from ._advice import START, Facts, _advice, _explain, _missing_entry, _share_of_entries, _singular, _wrong_entry
+from ._advice import START, STOPPED, Facts, _advice, _explain, _missing_entry, _share_of_entries, _singular, _wrong_entry
 from ._arguments import (
     LARGE,
     _Calls,
@@ -53,6 +53,9 @@ METHODS = ("bdf", "ida", "radau5", "radau9", "radau13")
 
 # Default step limit. A typical integration needs fewer steps; this number takes about a minute.
 MAX_STEPS = 200_000
+
+# Step limit if an integration that stopped is repeated from its last output.
+MOST_AGAIN = 1000
 
 # Smallest relative tolerance. SciPy raises smaller tolerances to the same value.
 SMALLEST_RTOL = float(100 * np.finfo(float).eps)
@@ -429,11 +432,29 @@ def solve_dae(
     last = solution
     if not (solution.t.size or solution.success):
         last = replace(solution, t=np.array([t0]), y=start[:, None], yp=rates[:, None])
+
+    def up_to_stop() -> DaeSolution | None:
+        """Return the steps from the last output to the time at which the integration stopped."""
+        stopped = STOPPED.match(solution.message)
+        if outputs is None or not stopped or float(stopped[1]) == last.t[-1]:
+            return None
+        few = {**request, "first_step": None, "max_steps": MOST_AGAIN, "on_warning": lambda _: None}
+        few["initial"] = "given" if is_hidden else "algebraic"
+        functions = (_recoverable(residual), matrices and _recoverable(matrices), _Events(None, ()), None)
+        parts = _ends_of_parts(breaks, float(last.t[-1]), float(stopped[1]))
+        try:
+            steps, _ = _integrate_parts(few, parts, functions, (last.y[:, -1], last.yp[:, -1]), None)
+        except _Failed:
+            return None
+        steps.pop("warnings")
+        return _solution(steps, n, 0, 0, family)
+
     facts = Facts(
         suppress=excluded,
         is_hidden=is_hidden,
         has_wrong_velocities=constraints is not None and bool(constraints.changing),
         has_jacobian=jacobian is not None,
+        has_sensitivities=sensitivities is not None,
         index_note=note,
         span=abs(t_end - t0),
         has_outputs=outputs is not None,
@@ -441,6 +462,7 @@ def solve_dae(
         ends=[end.t for end in ends],
         pattern=pattern,
         indices=indices,
+        up_to_stop=up_to_stop,
     )
     wrong = next((text for subject, text in of_functions if subject == "jacobian"), None)
     if pattern is not None and jacobian is None and not solution.success:

@@ -726,3 +726,33 @@ def test_the_remedy_works_where_the_index_varies(method, rtol, jacobian):
     assert "[2, 3, 4, 5" in s.message and ("`suppress`" if method == "bdf" else "`index`") in s.message
     # One hundred tolerances, as in the guide.
     np.testing.assert_allclose(again.y[:2, -1], exact.y[:2, -1], rtol=0, atol=100 * rtol)
+
+
+@pytest.mark.parametrize("has_jacobian", [False, True])
+def test_bdf_names_radau_methods_for_equations_that_are_nonlinear_in_derivatives(has_jacobian):
+    def residual(t, y, yp):
+        return [yp[0] ** 3 + yp[0] + 2 * y[0] - np.sin(3 * t) - t, y[1] - yp[0] ** 2]
+
+    def jacobian(t, y, yp):
+        return np.diag([2.0, 1.0]), np.array([[3 * yp[0] ** 2 + 1, 0], [-2 * yp[0], 0]])
+
+    rate = -0.618
+    start = ([-(rate**3 + rate) / 2, rate**2], [rate, 2 * rate * (4 - 2 * rate) / (3 * rate**2 + 1)])
+    arguments = {"rtol": 1e-4, "atol": 1e-6, "jacobian": jacobian if has_jacobian else None}
+    s = solve_dae(residual, (0, 6), *start, "bdf", max_steps=1000, **arguments)
+    assert not s.success and "; F is nonlinear in y'" in s.message and "Radau method" in s.message
+    assert solve_dae(residual, (0, 6), *start, "radau9", **arguments).success
+
+
+def test_bdf_names_the_jacobian_if_a_first_step_with_sensitivities_fails():
+    def residual(t, y, yp, p):
+        return [yp[0] + y[0], y[0] - p[0] * np.exp(40 * (y[1] - 3.7))]
+
+    def jacobian(t, y, yp, p):
+        return np.array([[1, 0], [1, -40 * p[0] * np.exp(40 * (y[1] - 3.7))]]), np.diag([1, 0])
+
+    problem = (residual, (0, 1), [1, 3.7], [-1, -1 / 40], "bdf")
+    tolerances = {"rtol": 1e-10, "atol": 1e-12, "parameters": [1.0]}
+    s = solve_dae(*problem, **tolerances)
+    assert not s.success and "exact `jacobian`" in s.message and "first_step=" not in s.message
+    assert solve_dae(*problem, jacobian=jacobian, **tolerances).success

@@ -188,3 +188,39 @@ def test_pulses_within_steps_are_found_without_dense_output(method, rtol):
     s = solve(method=method, rtol=rtol)
     reference = solve(method="radau9", rtol=1e-8, atol=1e-12, max_step=2e-10, t_eval=s.t)
     assert s.success and abs(s.y[0] - reference.y[0]).max() < 100 * rtol  # as the guide says, for voltages of 1 V
+
+
+@pytest.mark.parametrize("has_jacobian", [False, True])
+def test_a_kink_far_from_the_last_output_is_named(has_jacobian):
+    # An ideal diode takes over the current of a coil that runs empty. The stops are 0.05 µs after an output.
+    inductance, leak, voltage, resistance = 1e-5, 1e-5, 5.0, 0.05
+
+    def residual(t, y, yp):
+        current, node, diode = y
+        return [
+            inductance * yp[0] - node + voltage,
+            diode - leak * node - current,
+            min(diode, diode + node / resistance),
+        ]
+
+    def jacobian(t, y, yp):
+        diode = 1 / resistance if y[1] < 0 else 0
+        return np.array([[0, -1, 0], [-1, -leak, 1], [0, diode, 1]]), np.diag([inductance, 0, 0])
+
+    per_current = 1 / (1 / resistance + leak)
+    start = [0.5, -0.5 * per_current, 0.5 * per_current / resistance]
+    rate = (start[1] - voltage) / inductance
+    rates = [rate, -rate * per_current, rate * per_current / resistance]
+    stops = 0
+    for method in METHODS[1:]:
+        for rtol in (1e-3, 1e-5, 1e-7, 1e-9):
+            s = solve_dae(
+                residual, (0, 2e-6), start, rates, method, rtol=rtol, atol=1e-2 * rtol,
+                jacobian=jacobian if has_jacobian else None, t_eval=np.linspace(0, 2e-6, 41),
+            )  # fmt: skip
+            if s.success:
+                continue
+            stops += 1
+            assert "the equations [2] (counted from 0) have a kink" in s.message
+            assert not any(other in s.message for other in ("without bound", "looser", "tighter"))
+    assert stops
