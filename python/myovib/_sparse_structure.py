@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -66,11 +67,11 @@ class SparseStructure(Structure):
         self._set_state(y, yp, tolerance, is_accurate, part)
         base = self._evaluate(residual, t, y, yp)
 
-        def matrix(rate: bool) -> Any:
-            values = np.zeros(len(rows))
-            sizes = self.sizes[rate]
-            for group in range(groups.max() + 1):
-                increments = np.where(groups == group, sizes, 0.0)
+        def quotients(sizes: Array, wanted: Indices, rate: bool = False) -> Array:
+            values = np.full(len(rows), np.nan)
+            steps = sizes if rate else sizes * self.signs
+            for group in np.unique(groups[wanted]):
+                increments = np.where(groups == group, steps, 0.0)
 
                 def moved(factor: float, increments: Array = increments) -> Array:
                     state = [y.copy(), yp.copy()]
@@ -79,13 +80,26 @@ class SparseStructure(Structure):
 
                 change = self._change(moved, base)
                 own = groups[columns] == group
-                values[own] = change[rows[own]] / sizes[columns[own]]
+                values[own] = change[rows[own]] / steps[columns[own]]
+            return values
+
+        def enlarged(sizes: Array, wanted: Indices) -> Array:
+            with suppress(Exception):  # outside of the domain of F
+                return quotients(np.where(np.isin(np.arange(n), wanted), sizes, self.sizes[False]), wanted)
+            return np.full(len(rows), np.nan)
+
+        def matrix(values: Array) -> Any:
             found = sparse.csc_matrix((values, rows, offsets), shape=(n, n), copy=True)
             found.eliminate_zeros()
             return found
 
-        self.df_dy, self.df_dyp = matrix(False), matrix(True)
-        self.algebraic = np.diff(self.df_dyp.indptr) == 0
+        by_y, by_yp = (quotients(self.sizes[rate], np.arange(n), rate) for rate in (False, True))
+        self.df_dy, self.df_dyp = matrix(by_y), matrix(by_yp)
+        self.df_dy = matrix(self._resolved(by_y, (rows, columns), enlarged))
+        self.algebraic = self._is_algebraic()
+
+    def _is_algebraic(self) -> NDArray[np.bool_]:
+        return np.asarray(np.diff(self.df_dyp.indptr) == 0)
 
     @property
     def is_finite(self) -> bool:

@@ -31,6 +31,12 @@ CLEAR = 0.05
 # Relative increments of forward differences, and of differences of order 4.
 SMALL, FOURTH_ORDER = float(np.sqrt(np.finfo(float).eps)), 3e-5
 
+# Bend of F between increments in both directions, relative to its change, above which F may have a kink.
+BEND = 1e-6
+
+# Changes of F, in units of its rounding, from which increments are large enough, and factor by which others are enlarged.
+RESOLVED, ENLARGEMENT = 1e8, 1e4
+
 # Factors of the increments of the two accurate matrices that decide whether a matrix is singular, relative change of their
 # entries, and largest relative difference of solutions with both matrices. The errors of accurate quotients are about
 # 1e-11 of the terms of F, and those of order 4 differ by a factor of 8 between the increments.
@@ -71,25 +77,31 @@ class Structure:
         part: float = 1.0,
     ) -> None:
         def column(j: int, size: float, rate: bool) -> Array:
+            step = size if rate else size * self.signs[j]
+
             def moved(factor: float) -> Array:
                 state = [y.copy(), yp.copy()]
-                state[rate][j] += factor * size
+                state[rate][j] += factor * step
                 return self._evaluate(residual, t, *state)
 
-            return self._change(moved, base) / size
+            return self._change(moved, base) / step
+
+        def quotients(sizes: Array, columns: NDArray[np.int64]) -> Array:
+            found = np.full((len(y), len(y)), np.nan)
+            for j in columns:
+                with suppress(Exception):  # outside of the domain of F
+                    found[:, j] = column(j, sizes[j], False)
+            return found.ravel()
 
         self._set_state(y, yp, tolerance, is_accurate, part)
         base = self._evaluate(residual, t, y, yp)
         self.quotient = column
         by_y, by_yp = ([column(j, size, rate) for j, size in enumerate(self.sizes[rate])] for rate in (False, True))
-        for j, size in enumerate(self.sizes[False]):
-            # An increment without any effect may be below the rounding of F.
-            larger = SMALL * np.abs(y).max()
-            if size < larger and not by_y[j].any() and not by_yp[j].any():
-                with suppress(Exception):  # outside of the domain of F
-                    self.sizes[False][j], by_y[j] = larger, column(j, larger, False)
         self.df_dy, self.df_dyp = np.column_stack(by_y), np.column_stack(by_yp)
-        self.algebraic = ~self.df_dyp.any(axis=0)
+        rows, columns = (indices.ravel() for indices in np.indices(self.df_dy.shape))
+        resolved = self._resolved(self.df_dy.ravel(), (rows, columns), quotients)
+        self.df_dy = resolved.reshape(self.df_dy.shape)
+        self.algebraic = self._is_algebraic()
 
     def _set_state(self, y: Array, yp: Array, tolerance: Array, is_accurate: bool, part: float) -> None:
         """Set the state, and the increments for all variables and derivatives, which are multiplied by `part`."""
@@ -97,18 +109,66 @@ class Structure:
         relative = FOURTH_ORDER if is_accurate else SMALL
         of_rates = np.full(len(y), 1e-3 * np.abs(yp).max() or 1.0)
         self.sizes = (part * np.maximum(relative * np.abs(y), tolerance), part * of_rates)
+        # The motion has only one direction at a kink.
+        self.signs = np.where(is_accurate & (yp < 0.0), -1.0, 1.0)
 
     def _change(self, moved: Callable[[float], Array], base: Array) -> Array:
         """Return the change of F per increment: the forward difference or, if it is to be accurate, that of order 4.
 
-        `moved(k)` returns F after k increments. At the edge of its domain, only the forward difference exists.
+        `moved(k)` returns F after k increments. At kinks, the derivative along the increment is returned. At the edge of the
+        domain of F, only shorter increments in one direction may be possible.
         """
-        if self.is_accurate:
+        if not self.is_accurate:
+            return moved(1.0) - base
+        with suppress(Exception):
+            ahead, behind, twice_ahead, twice_behind = (moved(k) - base for k in (1.0, -1.0, 2.0, -2.0))
+            total = 2.0 / 3.0 * (ahead - behind) - 1.0 / 12.0 * (twice_ahead - twice_behind)
+            if np.isfinite(total).all():
+                # At twice the distance, the bend of a smooth function is four times as large, and that of a kink twice.
+                bend, wide = np.abs(ahead + behind), np.abs(twice_ahead + twice_behind)
+                is_kink = (bend > BEND * (np.abs(ahead) + np.abs(behind))) & (wide < 3.0 * bend)
+                return np.where(is_kink, ahead, total)
+        for part in (SMALL / FOURTH_ORDER, -SMALL / FOURTH_ORDER):
             with suppress(Exception):
-                total = sum(weight * (moved(k) - moved(-k)) for k, weight in ((1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0)))
-                if np.isfinite(total).all():
-                    return np.asarray(total)
+                change = (moved(part) - base) / part
+                if np.isfinite(change).all():
+                    return np.asarray(change)
         return moved(1.0) - base
+
+    def _resolved(
+        self,
+        values: Array,
+        places: tuple[NDArray[np.int64], NDArray[np.int64]],
+        quotients: Callable[[Array, NDArray[np.int64]], Array],
+    ) -> Array:
+        """Return entries of dF/dy; increments whose effect is lost by rounding are enlarged.
+
+        The `places` of the entries are rows and columns. `quotients(sizes, columns)` returns the entries for other increments;
+        entries of other columns and undefined entries are NaN. Only accurate matrices are examined entry by entry, others
+        column by column.
+        """
+        rows, columns = places
+        y, sizes = np.abs(self.state[0]), self.sizes[False]
+        largest = (FOURTH_ORDER if self.is_accurate else SMALL) * y.max()
+        rounding = RESOLVED * self.rounding(abs(self.df_dy), abs(self.df_dyp))[rows]
+        is_lost = np.abs(values) * sizes[columns] <= rounding
+        if not self.is_accurate:
+            is_used = np.zeros(len(y), dtype=bool)
+            is_used[columns[values != 0.0]] = True
+            is_lost &= ~(is_used | ~self._is_algebraic())[columns]
+        is_lost &= (sizes < largest)[columns]
+        factor = 1.0
+        while is_lost.any():
+            factor *= ENLARGEMENT
+            larger = np.minimum(factor * sizes, largest)
+            found = quotients(larger, np.unique(columns[is_lost]))
+            is_lost &= np.isfinite(found)
+            values = np.where(is_lost, found, values)
+            is_lost &= (np.abs(values) * larger[columns] <= rounding) & (larger < largest)[columns]
+        return values
+
+    def _is_algebraic(self) -> NDArray[np.bool_]:
+        return np.asarray(~self.df_dyp.any(axis=0))
 
     @staticmethod
     def _evaluate(residual: Callable[[float, Array, Array], Any], t: float, y: Array, yp: Array) -> Array:

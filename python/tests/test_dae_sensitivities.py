@@ -489,3 +489,38 @@ def test_initial_sensitivities_of_equations_nonlinear_in_the_derivatives():
     assert s.success
     # The fourth power of the increment 1e-3.
     assert abs(s.dy_dp[1, 0, 0] / exact - 1) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("relation", "slope"),
+    [
+        (lambda x, y: y - max(x, 0.0), 1.0),
+        (lambda x, y: y - abs(x), 1.0),
+        (lambda x, y: y + 9 * max(y, 0.0) - x, 0.1),
+    ],
+)
+@pytest.mark.parametrize("method", ["bdf", "radau5"])
+def test_initial_sensitivities_at_a_kink_are_those_along_the_motion(method, relation, slope):
+    s = solve_dae(
+        lambda t, y, yp, p: [yp[0] - p[0], relation(*y)],
+        (0, 1), [0, 0], [1, slope], method, parameters=[1.0], dy0_dp=[[1], [slope]],
+    )  # fmt: skip
+    assert s.success
+    np.testing.assert_allclose(s.dy_dp[:, 0, 0], [1, slope], rtol=1e-9)
+
+
+@pytest.mark.parametrize("n", [1, 150])
+@pytest.mark.parametrize("atol", [1e-9, 1e-12, 1e-15, 1e-17])
+def test_initial_sensitivities_of_variables_at_zero_are_accurate_for_small_tolerances(n, atol):
+    # The effect of increments as small as the tolerance is lost by rounding beside 1.
+    def sums(t, y, yp, p):
+        u, w = y[:n], y[n:]
+        return np.r_[yp[:n] + u - w, u + w - p[0]]
+
+    block = np.eye(n)
+    s = solve_dae(
+        sums, (0, 1e-3), np.r_[np.ones(n), np.zeros(n)], np.r_[-np.ones(n), np.ones(n)], "radau5",
+        parameters=[1.0], rtol=1e-6, atol=atol, sparsity=np.block([[block, block], [block, block]]), max_steps=3,
+    )  # fmt: skip
+    # Rounding is below 1e-8 of the effect of the increments.
+    np.testing.assert_allclose(s.dy_dp[:, 0, 0], np.r_[np.zeros(n), np.ones(n)], atol=1e-7)

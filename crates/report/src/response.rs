@@ -55,10 +55,10 @@ pub fn text(found: &Response) -> String {
     }
     let (names, omitted) = printed(found);
     let of_printed = |peak: &&Peak| names.contains(&peak.probe.as_str());
-    let peaks = match found.peaks.iter().any(|peak| of_printed(&peak)) {
-        false => "No value has a peak between these frequencies; the tables contain all values.\n"
+    let peaks = match found.peaks.is_empty() {
+        true => "No value has a peak between these frequencies; the tables contain all values.\n"
             .to_owned(),
-        true => {
+        false => {
             peaks(found.peaks.iter().filter(of_printed), "damping ratio").render(colored_stdout())
         }
     };

@@ -11,6 +11,8 @@ use crate::{InputError, Scene};
 pub(crate) struct Values {
     probes: HarmonicProbes,
     ratios: Vec<Ratio>,
+    /// Whether each value is needed; other values are read as zero.
+    needed: Vec<bool>,
 }
 
 /// Ratio of two values of the probes.
@@ -77,7 +79,23 @@ impl Values {
                 denominator: find("denominator", &wanted.denominator)?,
             })
         });
-        Ok(Self { ratios: ratios.collect::<Result<_, InputError>>()?, probes })
+        let ratios = ratios.collect::<Result<Vec<_>, InputError>>()?;
+        let needed = vec![true; names.len() + ratios.len()];
+        Ok(Self { probes, ratios, needed })
+    }
+
+    /// Restricts the values to those with the `chosen` indices and to the terms of chosen ratios.
+    pub(crate) fn only(mut self, chosen: &[usize]) -> Self {
+        self.needed.fill(false);
+        let n_of_probes = self.needed.len() - self.ratios.len();
+        for &k in chosen {
+            self.needed[k] = true;
+            if let Some(ratio) = k.checked_sub(n_of_probes).map(|k| &self.ratios[k]) {
+                self.needed[ratio.numerator.value] = true;
+                self.needed[ratio.denominator.value] = true;
+            }
+        }
+        self
     }
 
     /// Returns the name of each table and the names of its values.
@@ -103,10 +121,16 @@ impl Values {
         &self,
         motion: &HarmonicMotion<'_>,
     ) -> Result<Vec<Complex64>, ModelError> {
-        let readings = self.probes.iter();
-        let readings = readings.filter_map(|(_, reading)| reading.harmonic());
-        let amplitudes = readings.map(|reading| reading.amplitudes(motion));
-        Ok(amplitudes.collect::<Result<Vec<_>, _>>()?.concat())
+        let mut values = Vec::with_capacity(self.needed.len());
+        for (_, reading) in &self.probes {
+            let n = reading.names().len();
+            let is_needed = self.needed[values.len()..][..n].contains(&true);
+            match reading.harmonic().filter(|_| is_needed) {
+                Some(reading) => values.extend(reading.amplitudes(motion)?),
+                None => values.resize(values.len() + n, Complex64::ZERO),
+            }
+        }
+        Ok(values)
     }
 
     /// Returns the values of all tables at s = iω.
@@ -120,6 +144,10 @@ impl Values {
     ) -> Result<Vec<Complex64>, ModelError> {
         let mut values = self.read_probes(motion)?;
         for ratio in &self.ratios {
+            if !self.needed[values.len()] {
+                values.push(Complex64::ZERO);
+                continue;
+            }
             let denominator = ratio.denominator.of(s, &values);
             if denominator == Complex64::ZERO {
                 return Err(ModelError::OutOfRange {

@@ -47,6 +47,11 @@ impl Branch {
             let error = error.found(format!("a probe \"{probe}\"")).next("rename the probe");
             return Err(scene.wrong("periodic.continuation", error).into());
         }
+        if periodic.is_some_and(|own| own.multipliers == 0) {
+            let error = InputError::new("a curve of periodic states needs their stability")
+                .allowed("at least 1 multiplier");
+            return Err(scene.wrong("periodic.multipliers", error).into());
+        }
         let key = &wanted.parameter;
         if ["mesh", "group"].iter().any(|table| key.trim_start().starts_with(table)) {
             let error =
@@ -270,7 +275,7 @@ impl Task for Read<'_> {
             map.observed(state, &mut [&mut limits])
         };
         let leading = multipliers(&mut evaluate, self.state, self.shooting, 1)?;
-        Ok((amplitudes, leading.spectral_radius().unwrap_or(f64::NAN), leading.is_stable()))
+        Ok((amplitudes, leading.spectral_radius().unwrap_or(0.0), leading.is_stable()))
     }
 }
 

@@ -120,10 +120,10 @@ pub struct Body {
 }
 
 impl Body {
-    /// Returns the volume (m³) of each material; in 2D, the area (m²).
-    pub fn volumes(&self) -> Vec<f64> {
+    /// Returns the volumes (m³) of the `n` materials of the scene; in 2D, the areas (m²).
+    pub fn volumes(&self, n: usize) -> Vec<f64> {
         let space = self.muscle.solid.space();
-        let mut volumes = vec![0.0; self.regions.iter().max().map_or(0, |last| last + 1)];
+        let mut volumes = vec![0.0; n];
         for (element, &region) in self.regions.iter().enumerate() {
             volumes[region] += space.measure_of(element);
         }

@@ -40,6 +40,7 @@ pub fn respond(
     let names: Vec<&String> = names.chain(ratios.map(|ratio| &ratio.name)).collect();
     let index = |output: &Output| all.first(names[output.probe]) + output.column / Part::ALL.len();
     let chosen: Vec<usize> = outputs.iter().map(index).collect();
+    let all = all.only(&chosen);
     let response = HarmonicResponse::about(
         &body.muscle,
         body.formulation,

@@ -82,7 +82,7 @@ fn volumes_are_those_of_the_materials() {
                  max = [0.5, 2.0]\n[[material]]\ngroup = \"part\"\nlaw = \"neo-hooke\"\ndensity = 2e3\n\
                  shear_modulus = 1e4\n";
     let scene = scene(&text(SHEET, "left", group), Path::new(""));
-    let volumes = scene.body.unwrap().volumes();
+    let volumes = scene.body.unwrap().volumes(2);
     assert_eq!(volumes.len(), 2);
     assert!((volumes[0] - 1.5).abs() < 1e-12 && (volumes[1] - 0.5).abs() < 1e-12, "{volumes:?}");
 }

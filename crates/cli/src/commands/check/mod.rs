@@ -137,10 +137,9 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
     };
     let document = Document {
         scene: name.to_owned(),
-        size: scene
-            .body
-            .as_ref()
-            .map(|body| document::size(&Size::of(&body.muscle), &body.volumes())),
+        size: scene.body.as_ref().map(|body| {
+            document::size(&Size::of(&body.muscle), &body.volumes(scene.file().material.len()))
+        }),
         body,
         equilibrium,
         quasi_static,
@@ -385,7 +384,7 @@ fn size_of(scene: &Scene, body: &Body) -> String {
         _ => ("m³", ""),
     };
     let materials = &scene.file().material;
-    let parts = materials.iter().zip(body.volumes()).filter(|_| materials.len() > 1);
+    let parts = materials.iter().zip(body.volumes(materials.len())).filter(|_| materials.len() > 1);
     let parts = parts.enumerate().map(|(i, (material, volume))| {
         let name = material.group.as_deref().map_or_else(|| "others".to_owned(), plain);
         let mass = material.density * volume;
