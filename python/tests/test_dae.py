@@ -193,9 +193,10 @@ def test_a_sparse_jacobian_counts_as_a_dense_one():
     }
     found = {k: solve_dae(heat, (0, 0.1), y0, second @ y0, **kw) for k, kw in runs.items()}
     assert found["dense"].nfev == found["sparse"].nfev
-    # Each Jacobian needs three evaluations for its three colors, and the base residual.
+    # Each Jacobian needs three evaluations for its three colors, and the base residual. Checks of the pattern take fewer
+    # evaluations than there are variables.
     differences = found["differences"]
-    assert differences.nfev == found["dense"].nfev + 4 * differences.njev
+    assert 0 <= differences.nfev - found["dense"].nfev - 4 * differences.njev < n
     with pytest.raises(ValueError, match="row 0, column 2 .*`sparsity`"):
         jacobian = lambda t, y, yp: (np.ones((n, n)), np.eye(n))
         solve_dae(heat, (0, 0.1), y0, second @ y0, jacobian=jacobian, sparsity=second)
@@ -747,8 +748,8 @@ def test_results_are_pickled_whole():
         (dict(residual=lambda t, y, yp: [1, 2]), "returned 2 values: must be 1"),
         (dict(residual=lambda t, y, yp: None), "returned nothing: must be 1"),
         (dict(residual=lambda t, y, yp: [yp[0]], y0=[1, 0], yp0=[0, 0]), "returned 1 values: must be 2"),
-        (dict(residual=lambda t, y, yp: yp[0]), r"the shape \(\): must be 1"),
-        (dict(residual=lambda t, y, yp: [[1]]), r"the shape \(1, 1\): must be 1"),
+        (dict(residual=lambda t, y, yp: yp[0]), r"of shape \(\): must be 1"),
+        (dict(residual=lambda t, y, yp: [[1]]), r"of shape \(1, 1\): must be 1"),
         (dict(method="Radau"), "SciPy's 'Radau' is 'radau5'"),
         (dict(rtol=0), "rtol = 0: must be at least"),
         (dict(first_step=-1), "first_step = -1: must be above 0"),

@@ -149,7 +149,6 @@ def test_a_section_set_again_replaces_changes_of_its_entries():
     assert scene.changes["body_force"] == ""
 
 
-
 def test_what_is_wrong_is_told_with_its_place(tmp_path):
     with pytest.raises(myovib.SceneError, match="kapa"):
         Scene.builtin("init").set("solid.kapa", 1).run()
