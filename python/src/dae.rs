@@ -165,9 +165,9 @@ fn solve_with(
                 max_step: request.max_step,
                 max_steps: None,
                 strict_newton: true,
-                // If `max_step` is given, the steps already resolve the inputs.
                 // `solve_dae` compares `jacobian` with difference quotients at several states.
                 check_jacobian_at_stop: false,
+                // If `max_step` is given, the steps already resolve the inputs.
                 check_within_steps: known.is_some() && request.max_step.is_none(),
                 ..IdaOptions::default()
             };
