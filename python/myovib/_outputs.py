@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ._solution import Array, DaeSolution, Function
 
-# Number of outputs that are always examined, and largest share of the evaluations of F beyond it.
+# Smallest number of examined outputs, and largest share of the evaluations of F beyond it.
 FEWEST, SHARE = 20, 0.1
 
 # Number of random changes of y within the tolerances.

@@ -39,7 +39,7 @@ RESOLVED, ENLARGEMENT = 1e8, 1e4
 
 # Factors of the increments of the two accurate matrices that decide whether a matrix is singular, relative change of their
 # entries, and largest relative difference of solutions with both matrices. The errors of accurate quotients are about
-# 1e-11 of the terms of F, and those of order 4 differ by a factor of 8 between the increments.
+# 1e-11 of the terms of F, and truncation errors of order 4 differ by a factor of 8 between the increments.
 PARTS, PERTURBED, AGREEMENT = (1.0, 0.6), 1e-11, 0.01
 
 # Exponents of the values of c for which the size of the inverse of dF/dy + c dF/dy' is computed.
@@ -124,7 +124,7 @@ class Structure:
             ahead, behind, twice_ahead, twice_behind = (moved(k) - base for k in (1.0, -1.0, 2.0, -2.0))
             total = 2.0 / 3.0 * (ahead - behind) - 1.0 / 12.0 * (twice_ahead - twice_behind)
             if np.isfinite(total).all():
-                # At twice the distance, the bend of a smooth function is four times as large, and that of a kink twice.
+                # At twice the distance, a smooth function bends four times as much, and a kink twice.
                 bend, wide = np.abs(ahead + behind), np.abs(twice_ahead + twice_behind)
                 is_kink = (bend > BEND * (np.abs(ahead) + np.abs(behind))) & (wide < 3.0 * bend)
                 return np.where(is_kink, ahead, total)

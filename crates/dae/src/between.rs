@@ -28,7 +28,7 @@ const MAX_RESIDUAL_RATIO: f64 = 2500.0;
 ///
 /// Integrators evaluate F only at the ends of steps or at stages. The error test does not detect an input that acts
 /// between these times or oscillates many times within a step. Dense output then does not satisfy the equation. As it
-/// never satisfies the equation exactly, the residual is compared with the change that is caused by perturbing y and ẏ
+/// never satisfies the equation exactly, the residual is compared with its change when y and ẏ are perturbed
 /// by their tolerances, 1/w and 1/(w h). The check costs five evaluations of F.
 ///
 /// # Errors

@@ -15,7 +15,7 @@ const MOST_COLUMNS: usize = 6;
 /// Maximum number of values printed for a probe, such as a line with many points.
 const MOST_PRINTED: usize = 30;
 
-/// Returns the probes that are printed, and a sentence on the others.
+/// Returns the probes to be printed, and a sentence on the others.
 fn printed(found: &Response) -> (Vec<&str>, String) {
     let (short, long): (Vec<&Curves>, Vec<&Curves>) =
         found.probes.iter().partition(|probe| probe.columns.len() <= MOST_PRINTED);

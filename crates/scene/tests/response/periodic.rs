@@ -81,8 +81,8 @@ fn a_small_periodic_motion_is_the_harmonic_response() {
     }
 }
 
-/// Checks that the search without multipliers takes two integrations if harmonic balance finds the state: one for the
-/// residual and one for the probes.
+/// Checks that the search without multipliers takes two integrations, for the residual and for the probes, if harmonic
+/// balance finds the state.
 #[test]
 fn multipliers_can_be_omitted() {
     let text = body("bulk_modulus = inf", "", 2.0);
