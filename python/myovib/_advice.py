@@ -115,12 +115,13 @@ def _advice(solution: DaeSolution, residual: Function, rtol: float, atol: Array,
     # A state that Newton's method or the error test does not accept may be far from the solution.
     singular = _singular(structure) if all(_singular(other) for _, other in earlier) else ""
     steep = [] if solution.success else _growing(solution, facts.indices)
-    if singular and steep:
+    hidden = structure.of_higher_index if structure and is_bdf else []
+    if (singular or hidden) and steep:
         # Close to a pole, the largest terms hide the others.
         start = (float(solution.t[0]), solution.y[:, 0], solution.yp[:, 0])
         at_start = Structure.at(residual, *start, rtol * np.abs(start[1]) + atol, pattern=facts.pattern)
         singular = singular if _singular(at_start) else ""
-    hidden = structure.of_higher_index if structure and is_bdf else []
+        hidden = [j for j in hidden if at_start is None or j in at_start.of_higher_index]
     tested = [j for j in hidden if suppress is None or not suppress[j]]
     stopped = STOPPED.match(solution.message)
     stop = float(stopped[1] if stopped else solution.t[-1])
@@ -422,7 +423,9 @@ def _growing(solution: DaeSolution, indices: list[int] | None) -> list[int]:
         sizes[np.array(indices) > 1] = 0.0
     if sizes.shape[1] < 10:
         return []
-    before = np.median(sizes[:, : -len(solution.t) // 2], axis=1)
+    # Most steps may be close to a pole.
+    is_before = np.abs(solution.t - solution.t[0]) <= 0.5 * abs(solution.t[-1] - solution.t[0])
+    before = np.median(sizes[:, is_before], axis=1)
     # The derivative of a variable at rest is zero and cannot be compared.
     return np.flatnonzero((before > 0) & (sizes[:, -1] > GROWTH * before)).tolist()
 

@@ -756,3 +756,13 @@ def test_bdf_names_the_jacobian_if_a_first_step_with_sensitivities_fails():
     s = solve_dae(*problem, **tolerances)
     assert not s.success and "exact `jacobian`" in s.message and "first_step=" not in s.message
     assert solve_dae(*problem, jacobian=jacobian, **tolerances).success
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+def test_poles_are_named_if_most_steps_are_close_to_them(rtol):
+    # Regression: the derivatives grew within the last of 1500 steps only, so tolerances or `suppress` were suggested.
+    with pytest.warns(UserWarning, match=r"variables \[1\] .* grow without bound"):
+        s = solve_dae(
+            lambda t, y, yp: [yp[0] - 1, np.cos(y[0]) * y[1] - 1], (0, 4), [0, 1], [1, 0], "bdf", rtol=rtol, atol=rtol
+        )
+    assert s.status == -1 and abs(s.t[-1] - np.pi / 2) < 1e-6
