@@ -423,8 +423,9 @@ def _growing(solution: DaeSolution, indices: list[int] | None) -> list[int]:
         sizes[np.array(indices) > 1] = 0.0
     if sizes.shape[1] < 10:
         return []
-    # Most steps may be close to a pole.
+    # Most steps may be close to a pole, or within the second half of the time.
     is_before = np.abs(solution.t - solution.t[0]) <= 0.5 * abs(solution.t[-1] - solution.t[0])
+    is_before[:5] = True
     before = np.median(sizes[:, is_before], axis=1)
     # The derivative of a variable at rest is zero and cannot be compared.
     return np.flatnonzero((before > 0) & (sizes[:, -1] > GROWTH * before)).tolist()
