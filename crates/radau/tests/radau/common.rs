@@ -13,14 +13,19 @@ pub(crate) fn reference(name: &str) -> Value {
     serde_json::from_str(&text).expect("the reference file is JSON")
 }
 
-/// Returns the stop with which an integration must have ended.
+/// Returns the stop with which an integration must have ended. No entry of a correct Jacobian may be called wrong.
 #[track_caller]
 pub(crate) fn stopped(outcome: Outcome) -> Box<Stop> {
+    let stop = stopped_with_any_jacobian(outcome);
+    assert_eq!(stop.wrong_entry, None, "{stop}");
+    stop
+}
+
+/// Returns the stop with which an integration must have ended. The Jacobian may be wrong.
+#[track_caller]
+pub(crate) fn stopped_with_any_jacobian(outcome: Outcome) -> Box<Stop> {
     match outcome {
-        Outcome::Stopped(stop) => {
-            assert_eq!(stop.wrong_entry, None, "{stop}");
-            stop
-        }
+        Outcome::Stopped(stop) => stop,
         other => panic!("not stopped: {other:?}"),
     }
 }

@@ -11,7 +11,7 @@ use myovib_sparse::SparseOptions;
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
-use crate::common::stopped;
+use crate::common::{stopped, stopped_with_any_jacobian};
 use myovib_conformance::samples::{MechanicalForm, Pendulum, Sample};
 
 /// The equation ẏ = 1 − 2 y² with y = tanh(√2 t)/√2, whose residual can be made to fail.
@@ -277,8 +277,10 @@ fn a_panic_passes_through() {
 #[test]
 fn a_singular_matrix_stops() {
     let problem = Touchy { jacobian_factor: 0.0, ..touchy(|_, _| Ok(0.0)) };
-    let stop = stopped(solver(problem, RadauOptions::default()).step(1.0).unwrap());
+    let outcome = solver(problem, RadauOptions::default()).step(1.0).unwrap();
+    let stop = stopped_with_any_jacobian(outcome);
     assert_eq!(stop.reason, StopReason::LinearSetupFailed);
+    assert!(stop.wrong_entry.is_some());
     assert!(stop.message.contains("singular"), "{}", stop.message);
 }
 
@@ -288,8 +290,9 @@ fn a_wrong_jacobian_stops_by_convergence_failures() {
     // correction necessary.
     let problem = Touchy { jacobian_factor: 0.01, ..touchy(|_, _| Ok(0.0)) };
     let mut solver = RadauSolver::builder(problem).build(0.0, &[0.0], &[0.0]).unwrap();
-    let stop = stopped(solver.step(1.0).unwrap());
+    let stop = stopped_with_any_jacobian(solver.step(1.0).unwrap());
     assert_eq!(stop.reason, StopReason::ConvergenceFailures);
+    assert!(stop.wrong_entry.is_some());
     assert_eq!(stop.statistics.newton_failures, 10);
 }
 
