@@ -54,7 +54,8 @@ fn modes_below_the_range_are_noted() {
 fn displacements_above_the_size_of_the_body_and_large_strains_are_noted() {
     let deflection = |traction: f64| {
         let found = response("0", &format!("traction[0].response.y={traction:?}"), Watcher::NOBODY);
-        let note = found.notes.iter().find(|note| note.starts_with("the response reaches")).cloned();
+        let note =
+            found.notes.iter().find(|note| note.starts_with("the response reaches")).cloned();
         (found.probes[0].amplitudes[0][1].norm(), note)
     };
     let (unit, none) = deflection(1.0);
