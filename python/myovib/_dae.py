@@ -178,9 +178,9 @@ def solve_dae(
         scalar.
     t_eval : array_like, optional
         Output times, which must be finite and sorted in the direction of integration. A
-        time may be repeated. By default, the outputs are at the ends of all steps. A warning
-        names values that violate an equation without derivatives by more than 1000 tolerances
-        (20 000 at index 2 and 3).
+        time may be repeated. By default, the outputs are at the ends of all steps. The
+        output at a break has the values before it. A warning names values that violate an
+        equation without derivatives by more than 1000 tolerances (20 000 at index 2 and 3).
     dense_output : bool
         Whether the result contains `sol`.
     first_step, max_step : float, optional
