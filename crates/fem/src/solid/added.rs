@@ -11,7 +11,7 @@ use crate::solid::assembler::Pass;
 use super::evaluation::check_length;
 use super::partition::assert_infallible;
 use super::threads::{self, Entries};
-use super::{Elements, Solid, narrow, with_elements};
+use super::{Elements, Solid, VectorPasses, with_elements};
 
 impl Solid {
     /// Returns the solid with active or viscous stresses, which are added in disjoint regions of elements.
@@ -131,7 +131,7 @@ impl Solid {
             [Some(out)],
             |elements, _, [out]| {
                 let regions = Regions { elements, stresses, motion: *motion };
-                out.into_iter().for_each(|out| narrow(self.arch, Force { regions, out }));
+                out.into_iter().for_each(|out| mapped.run(self.arch, Force { regions, out }));
                 Ok(())
             },
         )));
@@ -153,7 +153,7 @@ impl Solid {
             out.slots(),
             |elements, maps, slots| {
                 let regions = Regions { elements, stresses: &self.added, motion: *motion };
-                narrow(self.arch, ForceTangents { regions, maps, out: AddedTangents::from(slots) });
+                mapped.run(self.arch, ForceTangents { regions, maps, out: AddedTangents::from(slots) });
                 Ok(())
             },
         )));

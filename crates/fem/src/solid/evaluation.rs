@@ -11,7 +11,7 @@ use crate::operators::residual::Evaluate;
 use crate::operators::tangent::Linearize;
 use crate::solid::assembler::Pass;
 
-use super::{Elements, Solid, narrow, threads, with_elements};
+use super::{Elements, Solid, VectorPasses, threads, with_elements};
 
 impl Solid {
     /// Evaluates the requested vectors in one pass over the elements.
@@ -70,7 +70,7 @@ impl Solid {
             self.threads.as_ref(),
             threads::TANGENTS,
             out.slots(),
-            |elements, maps, slots| narrow(self.arch, ElementPass {
+            |elements, maps, slots| mapped.run(self.arch, ElementPass {
                 elements,
                 kernel: Linearize { maps, fields, out: Tangents::from(slots) },
             }),
@@ -105,7 +105,7 @@ impl Solid {
         assert!(fields.v.is_some() || !at.has_rates(), "rates need a velocity");
         let mut product = Vec::new();
         let fields = &self.with_own_factors(fields, &mut product);
-        with_elements!(&self.elements, mapped => narrow(self.arch, ElementPass {
+        with_elements!(&self.elements, mapped => mapped.run(self.arch, ElementPass {
             elements: mapped.batches.all(),
             kernel: Multiply { fields, at, changes },
         }))
@@ -126,7 +126,7 @@ impl Solid {
         self.check_fields(fields);
         let mut product = Vec::new();
         let fields = &self.with_own_factors(fields, &mut product);
-        with_elements!(&self.elements, mapped => narrow(self.arch, StrainEnergy {
+        with_elements!(&self.elements, mapped => mapped.run(self.arch, StrainEnergy {
             elements: &mapped.batches,
             fields,
         }))
@@ -156,7 +156,7 @@ impl Solid {
         assert!(fields.v.is_some() || beta == 0.0, "rates need a velocity");
         let mut product = Vec::new();
         let fields = &self.with_own_factors(fields, &mut product);
-        with_elements!(&self.elements, mapped => narrow(self.arch, Powers {
+        with_elements!(&self.elements, mapped => mapped.run(self.arch, Powers {
             elements: &mapped.batches,
             fields,
             beta,

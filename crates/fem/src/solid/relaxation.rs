@@ -12,7 +12,7 @@ use crate::space::ElementPoint;
 
 use super::evaluation::check_length;
 use super::partition::assert_infallible;
-use super::{Elements, Solid, narrow, with_elements};
+use super::{Elements, Solid, VectorPasses, with_elements};
 
 impl Solid {
     /// Returns the solid with Prony series in disjoint regions of elements. Regions with an empty series are
@@ -203,7 +203,7 @@ impl Solid {
     fn relax(&self, u: &[f64], requested: Requested<'_>) {
         check_length(self.space.n_components(), Some(u), "u");
         let layout: &InternalStresses = &self.internal;
-        let done = with_elements!(&self.elements, mapped => narrow(self.arch, ElementPass {
+        let done = with_elements!(&self.elements, mapped => mapped.run(self.arch, ElementPass {
             elements: mapped.batches.all(),
             kernel: Relax { maps: &mapped.maps, layout, u, requested },
         }));
