@@ -9,7 +9,7 @@ use myovib_dae::{ConsistencyMode, Integrator, Outcome};
 /// or more.
 const ADDED_UP: f64 = 300.0;
 
-fn circle<M: Method>(method: &M, problem: Circle) -> M::Integrator<Circle> {
+fn circle<M: Method>(method: &M, problem: Circle) -> M::Integrator {
     let (y, y_dot) = Circle::start();
     method.build(Request::new(problem, 0.0, &y, &y_dot))
 }

@@ -3,10 +3,10 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::problems::Circle;
-use super::{Method, Request, assert_stop, stopped};
+use super::{AnyProblem, Method, Request, assert_stop, stopped};
 use myovib_dae::{Direction, Integrator, Outcome, StepError, StopReason};
 
-fn request(problem: Circle) -> Request<Circle> {
+fn request(problem: Circle) -> Request {
     let (y, y_dot) = Circle::start();
     Request::new(problem, 0.0, &y, &y_dot)
 }
@@ -185,7 +185,7 @@ pub fn keeps_a_consistent_state_if_a_root_function_fails<M: Method>(method: &M) 
             let mut solver = method.build(Request {
                 roots: Some((
                     vec![Direction::Both],
-                    Box::new(move |_: &mut Circle, t, _: &[f64], _: &[f64], g: &mut [f64]| {
+                    Box::new(move |_: &mut AnyProblem, t, _: &[f64], _: &[f64], g: &mut [f64]| {
                         g[0] = 1.0;
                         match t >= at {
                             true if fatal => Err(StepError::Fatal("disk on fire".into())),
@@ -249,7 +249,7 @@ pub fn steps_allocate_nothing<M: Method>(
         }
         let mut counted_steps = 0;
         for _ in 0..50 {
-            let failures = |solver: &M::Integrator<Circle>| {
+            let failures = |solver: &M::Integrator| {
                 let statistics = solver.statistics();
                 statistics.error_test_failures + statistics.newton_failures
             };

@@ -30,12 +30,17 @@ use myovib_dae::{
     Direction, Integrator, Outcome, Problem, StepError, Stop, StopReason, Suppressed, Tolerances,
 };
 
+/// Problem selected at run time. With this type, integrators are compiled only once for all problems.
+pub type AnyProblem = Box<dyn Problem>;
+
 /// Function that writes g(t, y, ẏ) into the last argument.
-pub type Function<P> =
-    Box<dyn FnMut(&mut P, f64, &[f64], &[f64], &mut [f64]) -> Result<(), StepError> + Send>;
+pub type Function = Box<
+    dyn FnMut(&mut AnyProblem, f64, &[f64], &[f64], &mut [f64]) -> Result<(), StepError> + Send,
+>;
 
 /// Function that writes the error weights for y into the last argument.
-pub type Weights<P> = Box<dyn FnMut(&mut P, &[f64], &mut [f64]) -> Result<(), StepError> + Send>;
+pub type Weights =
+    Box<dyn FnMut(&mut AnyProblem, &[f64], &mut [f64]) -> Result<(), StepError> + Send>;
 
 /// Relative tolerance of a [`Request`].
 const RELATIVE: f64 = 1e-6;
@@ -43,9 +48,9 @@ const RELATIVE: f64 = 1e-6;
 const ABSOLUTE: f64 = 1e-9;
 
 /// Specification of an integration. An option that is `None` has the default of the method.
-pub struct Request<P> {
+pub struct Request {
     /// The problem.
-    pub problem: P,
+    pub problem: AnyProblem,
     /// Initial values of t, y and ẏ.
     pub start: (f64, Vec<f64>, Vec<f64>),
     /// The tolerances.
@@ -61,20 +66,20 @@ pub struct Request<P> {
     /// Maximum size of a step.
     pub max_step: Option<f64>,
     /// Error weights, which replace the tolerances.
-    pub weights: Option<Weights<P>>,
+    pub weights: Option<Weights>,
     /// Root functions, and the direction in which each is observed.
-    pub roots: Option<(Vec<Direction>, Function<P>)>,
+    pub roots: Option<(Vec<Direction>, Function)>,
     /// Components excluded from the error test.
     pub suppressed: Suppressed,
     /// Initial values and integrands of quadratures. The quadratures are excluded from the error test.
-    pub quadrature: Option<(Vec<f64>, Function<P>)>,
+    pub quadrature: Option<(Vec<f64>, Function)>,
 }
 
-impl<P> Request<P> {
+impl Request {
     /// Creates a request with the tolerances `RELATIVE` and `ABSOLUTE`.
-    pub fn new(problem: P, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Self {
+    pub fn new(problem: impl Problem + 'static, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Self {
         Self {
-            problem,
+            problem: Box::new(problem),
             start: (t0, y0.to_vec(), y_dot0.to_vec()),
             tolerances: Tolerances::scalar(RELATIVE, ABSOLUTE),
             stop_time: None,
@@ -93,7 +98,7 @@ impl<P> Request<P> {
 /// Integration method to be tested.
 pub trait Method {
     /// Type of the integrator.
-    type Integrator<P: Problem + 'static>: Integrator<P>;
+    type Integrator: Integrator<AnyProblem>;
 
     /// Returns the factor f for which the error weights 1/(f (r |y| + a)) have the same effect as the tolerances r and
     /// a, where r is `relative`.
@@ -102,7 +107,7 @@ pub trait Method {
     }
 
     /// Builds an integrator.
-    fn build<P: Problem + 'static>(&self, request: Request<P>) -> Self::Integrator<P>;
+    fn build(&self, request: Request) -> Self::Integrator;
 }
 
 /// Generates one test for each behavior. The expression creates the [`Method`](crate::Method) under test.

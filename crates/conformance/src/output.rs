@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::problems::Circle;
-use super::{Method, Request};
+use super::{AnyProblem, Method, Request};
 use myovib_dae::{Direction, Integrator, Outcome};
 
 /// Checks that dense output covers exactly the last step, including both of its ends.
@@ -59,7 +59,7 @@ pub fn finds_events_in_order<M: Method>(method: &M) {
     let watched = |directions: Vec<Direction>| Request {
         roots: Some((
             directions,
-            Box::new(|_: &mut Circle, _, y: &[f64], _: &[f64], g: &mut [f64]| {
+            Box::new(|_: &mut AnyProblem, _, y: &[f64], _: &[f64], g: &mut [f64]| {
                 g.fill(y[0]);
                 Ok(())
             }),
@@ -106,7 +106,7 @@ pub fn finds_events_where_a_root_function_becomes_zero<M: Method>(method: &M) {
         let mut solver = method.build(Request {
             roots: Some((
                 vec![Direction::Both],
-                Box::new(move |_: &mut Circle, t, _: &[f64], _: &[f64], g: &mut [f64]| {
+                Box::new(move |_: &mut AnyProblem, t, _: &[f64], _: &[f64], g: &mut [f64]| {
                     g[0] = function(t);
                     Ok(())
                 }),
@@ -132,7 +132,7 @@ pub fn restarts_after_an_event<M: Method>(method: &M) {
     let mut solver = method.build(Request {
         roots: Some((
             vec![Direction::Falling],
-            Box::new(|_: &mut Circle, _, y: &[f64], _: &[f64], g: &mut [f64]| {
+            Box::new(|_: &mut AnyProblem, _, y: &[f64], _: &[f64], g: &mut [f64]| {
                 g[0] = y[0];
                 Ok(())
             }),

@@ -1,18 +1,28 @@
 //! Small problems with exact solutions and optional failures.
 
+use std::cell::Cell;
+use std::rc::Rc;
+
 use myovib_dae::{Problem, StepError};
 
 /// Function that returns a perturbation, which is added to a value of [`Circle`], or a failure.
 pub(super) type Disturbance = Box<dyn FnMut(f64) -> Result<f64, StepError> + Send>;
 
+/// Numbers of calls of a problem.
+#[derive(Default)]
+pub(super) struct Calls {
+    /// Evaluations of the residual.
+    pub(super) residuals: Cell<u64>,
+    /// Evaluations of the Jacobian or of its two parts.
+    pub(super) jacobians: Cell<u64>,
+}
+
 /// The system ẋ = v, v̇ = −x, a − x² − v² = 0 with the solution x = sin t, v = cos t, a = 1. The analytic Jacobian is
 /// optional, and calls are counted.
 pub(super) struct Circle {
     pub(super) has_jacobian: bool,
-    /// Number of evaluations of the residual.
-    pub(super) residuals: u64,
-    /// Number of evaluations of the Jacobian or of its two parts.
-    pub(super) jacobians: u64,
+    /// Numbers of evaluations, which remain accessible while an integrator owns the problem.
+    pub(super) calls: Rc<Calls>,
     /// Function that returns the value added to the first entry of the residual at the given time.
     pub(super) in_residual: Disturbance,
     /// Function that returns the value added to the first entry of the Jacobian.
@@ -23,8 +33,7 @@ impl Circle {
     pub(super) fn new() -> Self {
         Self {
             has_jacobian: true,
-            residuals: 0,
-            jacobians: 0,
+            calls: Rc::default(),
             in_residual: Box::new(|_| Ok(0.0)),
             in_jacobian: Box::new(|_| Ok(0.0)),
         }
@@ -61,7 +70,7 @@ impl Problem for Circle {
         y_dot: &[f64],
         residual: &mut [f64],
     ) -> Result<(), StepError> {
-        self.residuals += 1;
+        self.calls.residuals.update(|n| n + 1);
         let &[x, v, a] = y else { unreachable!("the integrator keeps the length") };
         residual[0] = y_dot[0] - v + (self.in_residual)(t)?;
         residual[1] = y_dot[1] + x;
@@ -81,7 +90,7 @@ impl Problem for Circle {
         if !self.has_jacobian {
             return Err(StepError::NoJacobian);
         }
-        self.jacobians += 1;
+        self.calls.jacobians.update(|n| n + 1);
         let (x, v) = (y[0], y[1]);
         let trouble = (self.in_jacobian)(t)?;
         values.copy_from_slice(&[b + trouble, a, -2.0 * a * x, -a, b, -2.0 * a * v, 0.0, 0.0, a]);
@@ -97,7 +106,7 @@ impl Problem for Circle {
     ) -> Result<(), StepError> {
         self.jacobian(t, y, y_dot, 1.0, 0.0, df_dy)?;
         self.jacobian(t, y, y_dot, 0.0, 1.0, df_dyp)?;
-        self.jacobians -= 1;
+        self.calls.jacobians.update(|n| n - 1);
         Ok(())
     }
 

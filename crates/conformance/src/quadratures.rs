@@ -1,7 +1,7 @@
 //! Tests of quadratures.
 
 use super::problems::Circle;
-use super::{Method, Request, assert_stop, stopped};
+use super::{AnyProblem, Method, Request, assert_stop, stopped};
 use myovib_dae::{Integrator, Outcome, StepError, StopReason};
 
 const START: [f64; 3] = [1.0, 0.0, 0.0];
@@ -11,9 +11,9 @@ fn exact(t: f64) -> [f64; 3] {
     [2.0 - t.cos(), 0.5 * t + 0.25 * (2.0 * t).sin(), 0.5 * t * t]
 }
 
-fn request() -> Request<Circle> {
+fn request() -> Request {
     let (y, y_dot) = Circle::start();
-    let integrand = |_: &mut Circle, t: f64, y: &[f64], v: &[f64], g: &mut [f64]| {
+    let integrand = |_: &mut AnyProblem, t: f64, y: &[f64], v: &[f64], g: &mut [f64]| {
         g.copy_from_slice(&[y[0], v[0] * v[0], y[2] * t]);
         Ok(())
     };
@@ -71,7 +71,7 @@ pub fn stops_if_a_quadrature_fails<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let spoiled = |error: fn() -> StepError| {
         let mut calls = 0;
-        let integrand = move |_: &mut Circle, _: f64, _: &[f64], _: &[f64], g: &mut [f64]| {
+        let integrand = move |_: &mut AnyProblem, _: f64, _: &[f64], _: &[f64], g: &mut [f64]| {
             calls += 1;
             g[0] = 1.0;
             if calls > 30 { Err(error()) } else { Ok(()) }

@@ -1,14 +1,14 @@
 //! Tests of the initial values of an integration.
 
 use super::problems::Circle;
-use super::{Method, Request, stopped};
+use super::{AnyProblem, Method, Request, stopped};
 use crate::samples::{MechanicalForm, Pendulum};
 use myovib_dae::{
     ConsistencyMode, Direction, Integrator, Outcome, Problem, StepError, Suppressed, Tolerances,
 };
 
 #[track_caller]
-fn refused<P: Problem>(solver: &mut impl Integrator<P>) -> String {
+fn refused(solver: &mut impl Integrator<AnyProblem>) -> String {
     let [step, run] = [solver.step(1.0).unwrap_err(), solver.integrate_to(1.0).unwrap_err()]
         .map(|error| error.to_string());
     assert_eq!(step, run);
@@ -21,7 +21,7 @@ fn refused<P: Problem>(solver: &mut impl Integrator<P>) -> String {
 pub fn rejects_initial_values_that_contradict_the_equations<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let wrong = [y[0], y[1], 7.0];
-    let goes_on = |mut solver: M::Integrator<Circle>| {
+    let goes_on = |mut solver: M::Integrator| {
         let outcome = solver.integrate_to(1.0).unwrap();
         assert_eq!(outcome, Outcome::Reached { t: 1.0 });
         // The error is 1e-6 per step in several dozen steps.
@@ -151,7 +151,7 @@ pub fn accepts_the_values_at_an_event_as_initial_values<M: Method>(method: &M) {
             tolerances: Tolerances::scalar(tolerance, tolerance),
             roots: Some((
                 vec![Direction::Both],
-                Box::new(move |_: &mut Circle, _, y: &[f64], _: &[f64], g: &mut [f64]| {
+                Box::new(move |_: &mut AnyProblem, _, y: &[f64], _: &[f64], g: &mut [f64]| {
                     g[0] = y[0] - level;
                     Ok(())
                 }),

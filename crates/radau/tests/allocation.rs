@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use myovib_conformance::samples::{Heat2d, Sample};
-use myovib_conformance::{Method, Request};
-use myovib_dae::{Direction, Outcome, Problem, Tolerances};
+use myovib_conformance::{AnyProblem, Method, Request};
+use myovib_dae::{Direction, Outcome, Tolerances};
 use myovib_radau::{RadauOptions, RadauSolver};
 
 #[test]
@@ -45,9 +45,9 @@ struct Radau {
 }
 
 impl Method for Radau {
-    type Integrator<P: Problem + 'static> = RadauSolver<P>;
+    type Integrator = RadauSolver<AnyProblem>;
 
-    fn build<P: Problem + 'static>(&self, request: Request<P>) -> RadauSolver<P> {
+    fn build(&self, request: Request) -> RadauSolver<AnyProblem> {
         let (t, y, y_dot) = request.start;
         RadauSolver::builder(request.problem)
             .options(RadauOptions {

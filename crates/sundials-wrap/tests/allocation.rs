@@ -1,17 +1,16 @@
 //! Checks that a step does not allocate memory in Rust code.
 #![allow(clippy::unwrap_used)] // a test may panic
 
-use myovib_conformance::{Method, Request, steps_allocate_nothing};
-use myovib_dae::Problem;
+use myovib_conformance::{AnyProblem, Method, Request, steps_allocate_nothing};
 use sundials_wrap::IdaSolver;
 
 /// Builds IDAS solvers with default settings.
 struct Ida;
 
 impl Method for Ida {
-    type Integrator<P: Problem + 'static> = IdaSolver<P>;
+    type Integrator = IdaSolver<AnyProblem>;
 
-    fn build<P: Problem + 'static>(&self, request: Request<P>) -> IdaSolver<P> {
+    fn build(&self, request: Request) -> IdaSolver<AnyProblem> {
         let (t, y, y_dot) = request.start;
         IdaSolver::builder(request.problem)
             .tolerances(request.tolerances)

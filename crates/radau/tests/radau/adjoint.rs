@@ -10,7 +10,7 @@ use myovib_radau::{
     RadauSolver, Recording, StepSize,
 };
 
-use crate::common::{run, solver, tolerance};
+use crate::common::{run, solver_of, tolerance};
 
 /// Times at which the misfit uses the solution and its derivative. Some are at the ends of steps, others within steps.
 const TIMES: [f64; 4] = [0.0, 0.21, 0.5, 1.0];
@@ -53,7 +53,7 @@ fn adjoint<S: ParametricSample + Copy + 'static>(
     options: RadauOptions,
     with_checkpoints: bool,
 ) -> (Gradient, Vec<f64>) {
-    let mut solver = solver(sample, options);
+    let mut solver = solver_of(sample, options);
     let mut recording = match with_checkpoints {
         true => Recording::of_checkpoints(&solver),
         false => Recording::of_stages(&solver),
@@ -101,7 +101,7 @@ fn forward<S: ParametricSample + Copy + 'static>(
     options: RadauOptions,
     moved: Option<usize>,
 ) -> Vec<f64> {
-    let mut solver = solver(sample, options);
+    let mut solver = solver_of(sample, options);
     let n = solver.y().len();
     let unit = |i| f64::from(u8::from(Some(i) == moved));
     let start: Vec<f64> = (0..n).map(unit).collect();
@@ -235,7 +235,7 @@ fn the_taylor_remainder_has_order_2() {
         let sample = Pendulum::new(MechanicalForm::Index3).with(0.6, g);
         run(sample, 1.0, options()).y()[0].powi(2) / 2.0
     };
-    let mut solver = solver(pendulum(), options());
+    let mut solver = solver_of(pendulum(), options());
     let mut recording = Recording::of_stages(&solver).unwrap();
     recording.integrate_to(&mut solver, 1.0).unwrap();
     let (mut adjoint, n) = (Adjoint::new(&solver, pendulum().differenced()), solver.y().len());
@@ -266,7 +266,7 @@ fn the_taylor_remainder_has_order_2() {
 fn integrals_are_summed_over_the_stages() {
     let omega = 3.0;
     let sample = Oscillator { omega };
-    let mut solver = solver(sample, tolerance(1e-9));
+    let mut solver = solver_of(sample, tolerance(1e-9));
     let mut recording = Recording::of_stages(&solver).unwrap();
     recording.integrate_to(&mut solver, 1.0).unwrap();
     let mut integral = 0.0;
@@ -297,7 +297,7 @@ fn checkpoints_need_the_memory_of_the_root_of_the_steps() {
     let record = |h: f64, t_end: f64, last: u64| {
         let options = RadauOptions { step_size: StepSize::Fixed(h), ..tolerance(1e-4) };
         let sample = Oscillator { omega: 3.0 };
-        let mut solver = solver(sample, options);
+        let mut solver = solver_of(sample, options);
         let mut recording = Recording::of_checkpoints(&solver).unwrap();
         recording.integrate_to(&mut solver, t_end).unwrap();
         let mut adjoint = Adjoint::new(&solver, sample.differenced());
@@ -323,7 +323,7 @@ fn checkpoints_need_the_memory_of_the_root_of_the_steps() {
 #[test]
 fn misuse_is_rejected() {
     let sample = Oscillator { omega: 3.0 };
-    let mut solver = solver(sample, tolerance(1e-4));
+    let mut solver = solver_of(sample, tolerance(1e-4));
     let mut recording = Recording::of_checkpoints(&solver).unwrap();
     solver.step(1.0).unwrap();
     recording.follow(&mut solver).unwrap();

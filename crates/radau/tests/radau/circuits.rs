@@ -4,9 +4,11 @@
 //! Units are V, mA, µs, nF and kΩ, or multiples of them.
 
 use myovib_dae::{Outcome, Problem, Remedy, StepError, Stop, Tolerances, VariableKind};
-use myovib_radau::{RadauOptions, RadauSolver};
+use myovib_radau::RadauOptions;
 
 use VariableKind::{Algebraic, Differential};
+
+use crate::common::radau;
 
 /// Input voltage or current, linear between these points and constant after the last point.
 pub(crate) type Wave = &'static [[f64; 2]];
@@ -251,7 +253,7 @@ impl Driven {
             y_dot.fill(0.0);
         }
         let exact = Self { ..self };
-        let builder = RadauSolver::builder(self).options(options);
+        let builder = radau(self).options(options);
         let mut solver = builder.build(0.0, &y, &y_dot).unwrap();
         for &t in breaks.iter().chain([&(t_end * exact.units[0])]) {
             if let Outcome::Stopped(stop) = solver.integrate_to(t).unwrap() {

@@ -1,8 +1,9 @@
 //! Common functions: runs of samples, and reference values from `data/references/`.
 
+use myovib_conformance::AnyProblem;
 use myovib_conformance::samples::{Sample, Start};
 use myovib_dae::{Outcome, Problem, StepError, Stop, Tolerances, VariableKind};
-use myovib_radau::{RadauOptions, RadauSolver};
+use myovib_radau::{RadauBuilder, RadauOptions, RadauSolver};
 use nalgebra_sparse::pattern::SparsityPattern;
 use serde_json::Value;
 
@@ -41,8 +42,24 @@ pub(crate) fn tolerance(tol: f64) -> RadauOptions {
     RadauOptions { tolerances: Tolerances::scalar(tol, tol), ..RadauOptions::default() }
 }
 
-/// Returns a solver that starts from the initial values of a sample.
-pub(crate) fn solver<S: Sample>(sample: S, options: RadauOptions) -> RadauSolver<S> {
+/// Returns a builder for a boxed problem. With it, the solver is compiled only once for all problems.
+pub(crate) fn radau(problem: impl Problem + 'static) -> RadauBuilder<AnyProblem> {
+    let problem: AnyProblem = Box::new(problem);
+    RadauSolver::builder(problem)
+}
+
+/// Returns a solver that starts from the initial values of a sample. It is compiled only once for all samples.
+pub(crate) fn solver(
+    sample: impl Sample + 'static,
+    options: RadauOptions,
+) -> RadauSolver<Box<dyn Sample>> {
+    let start = sample.start();
+    let sample: Box<dyn Sample> = Box::new(sample);
+    started(sample, &start, options)
+}
+
+/// Returns a solver for a sample of a known type, which sensitivities require.
+pub(crate) fn solver_of<S: Sample>(sample: S, options: RadauOptions) -> RadauSolver<S> {
     let start = sample.start();
     started(sample, &start, options)
 }
@@ -54,14 +71,13 @@ fn started<P: Problem>(problem: P, start: &Start, options: RadauOptions) -> Rada
         .expect("the options are good")
 }
 
-/// Returns the solver after a run to `t_end`. It is compiled only once for all samples.
-pub(crate) fn run<S>(sample: S, t_end: f64, options: RadauOptions) -> RadauSolver<Box<dyn Sample>>
-where
-    S: Sample + 'static,
-{
-    let start = sample.start();
-    let boxed: Box<dyn Sample> = Box::new(sample);
-    let mut solver = started(boxed, &start, options);
+/// Returns the solver after a run to `t_end`.
+pub(crate) fn run(
+    sample: impl Sample + 'static,
+    t_end: f64,
+    options: RadauOptions,
+) -> RadauSolver<Box<dyn Sample>> {
+    let mut solver = solver(sample, options);
     let outcome = solver.integrate_to(t_end).expect("the problem raises no errors");
     assert_eq!(outcome, Outcome::Reached { t: t_end });
     solver

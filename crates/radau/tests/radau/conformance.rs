@@ -1,7 +1,6 @@
 //! Runs the conformance tests for integrators with Radau IIA.
 
-use myovib_conformance::{Method, Request};
-use myovib_dae::Problem;
+use myovib_conformance::{AnyProblem, Method, Request};
 use myovib_radau::{RadauOptions, RadauSolver};
 
 pub(crate) struct Radau {
@@ -9,14 +8,14 @@ pub(crate) struct Radau {
 }
 
 impl Method for Radau {
-    type Integrator<P: Problem + 'static> = RadauSolver<P>;
+    type Integrator = RadauSolver<AnyProblem>;
 
     fn weight_factor(&self, relative: f64) -> f64 {
         let options = RadauOptions { stages: self.stages, ..RadauOptions::default() };
         options.internal_factor(relative)
     }
 
-    fn build<P: Problem + 'static>(&self, request: Request<P>) -> RadauSolver<P> {
+    fn build(&self, request: Request) -> RadauSolver<AnyProblem> {
         let (t, y, y_dot) = request.start;
         let mut builder = RadauSolver::builder(request.problem).options(RadauOptions {
             stages: self.stages,

@@ -1,10 +1,11 @@
 //! Changes of settings between steps, and selection of the next step size.
 
+use myovib_conformance::AnyProblem;
 use myovib_conformance::samples::{MechanicalForm, Pendulum, Sample};
 use myovib_dae::{Outcome, Tolerances};
 use myovib_radau::{RadauOptions, RadauSolver};
 
-use crate::common::{Oscillator, solver, tolerance};
+use crate::common::{Oscillator, radau, solver, tolerance};
 
 /// Newton's tolerance is the same for user-defined weights and for equivalent tolerances. If it were derived from the
 /// default tolerance, 1e-4, the error would be about a hundred times larger.
@@ -15,10 +16,11 @@ fn weights_of_a_tolerance_solve_like_the_tolerance() {
     let exact = Oscillator.exact(t_end).unwrap();
     let plain = tolerance(tol);
     let factor = plain.internal_factor(tol);
-    let error = |solver: &RadauSolver<Oscillator>| (solver.y()[0] - exact[0]).abs();
-    let mut by_tolerance = solver(Oscillator, plain);
+    let error = |solver: &RadauSolver<AnyProblem>| (solver.y()[0] - exact[0]).abs();
+    let mut by_tolerance =
+        radau(Oscillator).options(plain).build(0.0, &[0.0, 1.0], &[1.0, 0.0]).unwrap();
     by_tolerance.integrate_to(t_end).unwrap();
-    let mut by_weights = RadauSolver::builder(Oscillator)
+    let mut by_weights = radau(Oscillator)
         .options(RadauOptions {
             // One of two circular functions is large, so the relative tolerance determines its weight.
             tolerances: Tolerances::scalar(1e-4, 1e-4),

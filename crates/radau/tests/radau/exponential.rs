@@ -1,7 +1,9 @@
 //! Algebraic variables in exponential functions: successful runs satisfy the equations.
 
 use myovib_dae::{Outcome, Problem, StepError, Tolerances};
-use myovib_radau::{RadauOptions, RadauSolver};
+use myovib_radau::RadauOptions;
+
+use crate::common::radau;
 
 /// ẏ0 = 8 cos t · y0, exp(y1) = y0, with y1 = 8 sin t.
 struct Logarithm;
@@ -27,10 +29,8 @@ fn accepted_steps_satisfy_an_exponential_equation() {
         for end in (3..60).map(|k| 0.1 * f64::from(k)) {
             let tolerances = Tolerances::scalar(relative, 1e-6);
             let options = RadauOptions { tolerances, stages, ..RadauOptions::default() };
-            let mut solver = RadauSolver::builder(Logarithm)
-                .options(options)
-                .build(0.0, &[1.0, 0.0], &[RATE, RATE])
-                .unwrap();
+            let mut solver =
+                radau(Logarithm).options(options).build(0.0, &[1.0, 0.0], &[RATE, RATE]).unwrap();
             let outcome = solver.integrate_to(end).unwrap();
             assert!(
                 matches!(outcome, Outcome::Reached { .. }),

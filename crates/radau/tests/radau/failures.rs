@@ -1,5 +1,6 @@
 //! Behavior after failures.
 
+use myovib_conformance::AnyProblem;
 use myovib_dae::IntegratorError::InvalidOption;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -11,7 +12,7 @@ use myovib_sparse::SparseOptions;
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
-use crate::common::{stopped, stopped_with_any_jacobian};
+use crate::common::{radau, stopped, stopped_with_any_jacobian};
 use myovib_conformance::samples::{MechanicalForm, Pendulum, Sample};
 
 /// The equation ẏ = 1 − 2 y² with y = tanh(√2 t)/√2, whose residual can be made to fail.
@@ -73,8 +74,8 @@ impl Problem for Touchy {
     }
 }
 
-pub(crate) fn solver(problem: Touchy, options: RadauOptions) -> RadauSolver<Touchy> {
-    RadauSolver::builder(problem).options(options).build(0.0, &[0.0], &[1.0]).unwrap()
+pub(crate) fn solver(problem: Touchy, options: RadauOptions) -> RadauSolver<AnyProblem> {
+    radau(problem).options(options).build(0.0, &[0.0], &[1.0]).unwrap()
 }
 
 fn recoverable(message: &str) -> Result<f64, StepError> {
@@ -219,7 +220,7 @@ fn a_linear_solve_that_fails_is_named() {
 #[test]
 fn weights_must_be_positive() {
     for weight in [-1.0, 0.0, f64::NAN, f64::INFINITY] {
-        let mut solver = RadauSolver::builder(well_behaved())
+        let mut solver = radau(well_behaved())
             .error_weights(move |_, y, w| {
                 w[0] = if y[0] > 0.5 { weight } else { 1e4 };
                 Ok(())
@@ -238,7 +239,7 @@ fn weights_must_be_positive() {
 #[test]
 fn an_output_time_at_the_start_gives_no_first_step() {
     let start = |t0| {
-        let builder = RadauSolver::builder(well_behaved());
+        let builder = radau(well_behaved());
         builder.build(t0, &[0.0], &[1.0]).unwrap()
     };
     for t0 in [0.0, 1.0] {
@@ -289,7 +290,7 @@ fn a_wrong_jacobian_stops_by_convergence_failures() {
     // Corrections a hundred times too large diverge for any step size. The inconsistent value ẏ0 = 0 makes a
     // correction necessary.
     let problem = Touchy { jacobian_factor: 0.01, ..touchy(|_, _| Ok(0.0)) };
-    let mut solver = RadauSolver::builder(problem).build(0.0, &[0.0], &[0.0]).unwrap();
+    let mut solver = radau(problem).build(0.0, &[0.0], &[0.0]).unwrap();
     let stop = stopped_with_any_jacobian(solver.step(1.0).unwrap());
     assert_eq!(stop.reason, StopReason::ConvergenceFailures);
     assert!(stop.wrong_entry.is_some());
@@ -355,7 +356,7 @@ fn the_state_before_a_wall_is_as_accurate_as_any_other() {
                 tolerances: Tolerances::scalar(tolerance, tolerance),
                 ..RadauOptions::default()
             };
-            let builder = RadauSolver::builder(Wall(pendulum, 0.5)).options(options);
+            let builder = radau(Wall(pendulum, 0.5)).options(options);
             let mut solver = builder.build(0.0, &start.y, &start.y_dot).unwrap();
             let stop = stopped(solver.integrate_to(1.0).unwrap());
             assert!(stop.t > 0.5 - 1e-4 && stop.t <= 0.5, "{stop}");

@@ -1,7 +1,9 @@
 //! Fully implicit equations, and solutions that start like square roots. Successful runs must be accurate.
 
 use myovib_dae::{Outcome, Problem, StepError, Tolerances};
-use myovib_radau::{RadauOptions, RadauSolver};
+use myovib_radau::RadauOptions;
+
+use crate::common::radau;
 
 /// Function that writes F(t, y, ẏ) to the last argument.
 type Residual = fn(f64, &[f64], &[f64], &mut [f64]);
@@ -199,7 +201,7 @@ fn error(case: &Case, stages: usize, tolerance: f64) -> Option<f64> {
         max_steps: Some(20_000),
         ..RadauOptions::default()
     };
-    let builder = RadauSolver::builder(problem).options(options);
+    let builder = radau(problem).options(options);
     let mut solver = builder.build(start, &y, &v).unwrap();
     match solver.integrate_to(end).unwrap() {
         Outcome::Stopped(_) => None,

@@ -2,10 +2,10 @@
 
 use myovib_conformance::samples::{Differentiable, Differentiated, Equations, Start};
 use myovib_dae::{Outcome, Problem, StepError, Tolerances, VariableKind};
-use myovib_radau::{RadauOptions, RadauSolver};
+use myovib_radau::RadauOptions;
 
 use crate::circuits::PROMISED;
-use crate::common::tolerance;
+use crate::common::{radau, tolerance};
 
 /// Amplitude (V) and angular frequency (rad/s) of the source, and the rate at which the capacitor discharges (1/s).
 const SOURCE: [f64; 2] = [5.0, 1.0];
@@ -25,10 +25,8 @@ impl Rectifier {
     /// Returns u at the end, computed from the equivalent ordinary differential equation.
     fn exact(self) -> f64 {
         let options = RadauOptions { max_step: Some(0.05), ..tolerance(1e-9) };
-        let mut solver = RadauSolver::builder(Explicit(self.0))
-            .options(options)
-            .build(0.0, &[0.0], &[0.0])
-            .unwrap();
+        let mut solver =
+            radau(Explicit(self.0)).options(options).build(0.0, &[0.0], &[0.0]).unwrap();
         assert_eq!(solver.integrate_to(END).unwrap(), Outcome::Reached { t: END });
         solver.y()[0]
     }
@@ -111,7 +109,7 @@ fn run(rectifier: Rectifier, stages: usize, tol: f64) -> Option<f64> {
         max_steps: Some(8000),
         ..RadauOptions::default()
     };
-    let mut solver = RadauSolver::builder(Quotients(Differentiated::new(rectifier)))
+    let mut solver = radau(Quotients(Differentiated::new(rectifier)))
         .options(options)
         .build(start.t, &start.y, &start.y_dot)
         .unwrap();

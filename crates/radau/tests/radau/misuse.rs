@@ -12,13 +12,13 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 use serde_json::Value;
 
-use crate::common::solver;
+use crate::common::{radau, solver};
 use crate::failures::well_behaved;
 
 #[test]
 fn wrong_input_is_named() {
     let build = |options: RadauOptions, y0: &[f64], y_dot0: &[f64]| {
-        let builder = RadauSolver::builder(well_behaved()).options(options);
+        let builder = radau(well_behaved()).options(options);
         builder.build(0.0, y0, y_dot0).map(|_| ()).unwrap_err().to_string()
     };
     let default = RadauOptions::default;
@@ -131,14 +131,14 @@ impl Problem for Crooked {
 fn a_problem_that_contradicts_itself_or_has_no_unknowns_is_refused() {
     let builder = |n, rows, columns| {
         let pattern = SparsityPattern::zeros(columns, rows);
-        RadauSolver::builder(Crooked { n, pattern })
+        radau(Crooked { n, pattern })
     };
     for (rows, columns, expected) in [
         (3, 2, "rows of the Jacobian: expected length 2, got 3"),
         (2, 3, "columns of the Jacobian: expected length 2, got 3"),
     ] {
         let built = builder(2, rows, columns).build(0.0, &[0.0; 2], &[0.0; 2]);
-        assert_eq!(built.unwrap_err().to_string(), expected);
+        assert_eq!(built.map(|_| ()).unwrap_err().to_string(), expected);
     }
     let pattern = well_behaved().jacobian_pattern();
     let of_another = SparseDirectSolver::new(&pattern, SparseOptions::default()).unwrap();

@@ -3,9 +3,9 @@
 use myovib_conformance::samples::{JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Sample};
 use myovib_dae::IntegratorError::{NoDenseOutput, WrongLength};
 use myovib_dae::{Problem, Tolerances};
-use myovib_radau::{IndexScaling, RadauError, RadauOptions, RadauSolver, StepSize};
+use myovib_radau::{IndexScaling, RadauError, RadauOptions, StepSize};
 
-use crate::common::{Oscillator, run, solver};
+use crate::common::{Oscillator, radau, run, solver};
 use crate::failures::well_behaved;
 
 /// Returns options with fixed steps, for which Newton's method converges to rounding.
@@ -106,7 +106,7 @@ fn five_stages_have_orders_6_and_5_in_higher_index() {
 
 /// Returns the largest errors of the dense output and of its derivative in the last of n steps up to `t_end`. The
 /// points are far from the roots of the ramp (0.4 for three stages).
-fn dense_errors<P: Problem>(
+fn dense_errors<P: Problem + 'static>(
     problem: P,
     (y0, y_dot0): (&[f64], &[f64]),
     (stages, n): (usize, f64),
@@ -114,10 +114,8 @@ fn dense_errors<P: Problem>(
     exact: impl Fn(f64) -> [f64; 2],
 ) -> Vec<f64> {
     let h = t_end / n;
-    let mut solver = RadauSolver::builder(problem)
-        .options(RadauOptions { stages, ..fixed(h) })
-        .build(0.0, y0, y_dot0)
-        .unwrap();
+    let mut solver =
+        radau(problem).options(RadauOptions { stages, ..fixed(h) }).build(0.0, y0, y_dot0).unwrap();
     solver.integrate_to(t_end).unwrap();
     let mut out = vec![0.0; y0.len()];
     let mut largest = vec![0.0; 2];
@@ -181,7 +179,7 @@ fn dense_output_of_the_first_step_needs_no_derivative_of_algebraic_variables() {
     let errors = |n: f64| {
         let h = 1.0 / n;
         let start = JayIndex2.start();
-        let mut solver = RadauSolver::builder(JayIndex2)
+        let mut solver = radau(JayIndex2)
             .options(fixed(h))
             .build(0.0, &start.y, &[start.y_dot[0], start.y_dot[1], 0.0])
             .unwrap();

@@ -1,17 +1,18 @@
 //! Output between the ends of steps, for inputs and characteristics with kinks.
 
+use myovib_conformance::AnyProblem;
 use myovib_conformance::samples::{Differentiated, Pump, Sample, TwoStageAmplifier, VanDerPol};
 use myovib_dae::{Direction, Outcome, Problem, StepError, StopReason};
-use myovib_radau::{RadauOptions, RadauSolver};
+use myovib_radau::RadauOptions;
 
 use crate::circuits::{CIRCUITS, Driven, PROMISED, WAVES, pairs};
-use crate::common::{stopped, tolerance};
+use crate::common::{radau, stopped, tolerance};
 
 /// Result of a completed run: the number of attempted steps, and y.
 type End = Option<(u64, Vec<f64>)>;
 
 /// Integrates with or without error control of the output between steps. Returns `None` if the solver stops.
-fn run<P: Problem>(
+fn run<P: Problem + 'static>(
     problem: P,
     [y, y_dot]: [&[f64]; 2],
     t_end: f64,
@@ -19,7 +20,7 @@ fn run<P: Problem>(
     dense_output: bool,
 ) -> End {
     let options = RadauOptions { stages, dense_output, ..tolerance(tol) };
-    let builder = RadauSolver::builder(problem).options(options);
+    let builder = radau(problem).options(options);
     let mut solver = builder.build(0.0, y, y_dot).unwrap();
     solver.set_stop_time(t_end).unwrap();
     for _ in 0..5000 {
@@ -100,7 +101,7 @@ fn output_after_a_restart_does_not_depend_on_earlier_values() {
             let driven = Driven { circuit, wave, units };
             let [y, y_dot] = driven.exact(0.0);
             let options = RadauOptions { stages, ..tolerance(tol) };
-            let builder = RadauSolver::builder(Driven { ..driven }).options(options);
+            let builder = radau(Driven { ..driven }).options(options);
             let mut solver = builder.build(0.0, &y, &y_dot).unwrap();
             for t in driven.breaks(t_end) {
                 if !matches!(solver.integrate_to(t).unwrap(), Outcome::Reached { .. }) {
@@ -138,7 +139,7 @@ fn steps_are_exact_differences_of_times() {
             let problem = VanDerPol { vdp_mu: 1.0 };
             let start = problem.start();
             let options = RadauOptions { stages, ..tolerance(tol) };
-            let builder = RadauSolver::builder(problem).options(options);
+            let builder = radau(problem).options(options);
             let mut solver = builder.build(t0, &start.y, &start.y_dot).unwrap();
             solver.set_stop_time(t0 + 5.0).unwrap();
             let mut checked = 0;
@@ -187,7 +188,7 @@ fn first_steps_are_not_halved_below_the_rounding_of_times() {
     }
     for (stages, t0) in pairs(&[3, 5, 7], &[1.7e9, 1e12]) {
         let options = RadauOptions { stages, ..tolerance(1e-6) };
-        let builder = RadauSolver::builder(Noise).options(options);
+        let builder = radau(Noise).options(options);
         let mut solver = builder.build(t0, &[1.0, (1e7 * t0).sin()], &[-1.0, 0.0]).unwrap();
         let stop = stopped(solver.step(t0 + 1e3).unwrap());
         assert_eq!(stop.reason, StopReason::StepTooSmall, "{stop}");
@@ -207,7 +208,7 @@ fn output_of_first_steps_does_not_depend_on_wrong_multipliers() {
         let wrong = (0..y.len()).filter(|&i| indices[i] > 1);
         wrong.for_each(|i| y[i] += 1.0);
         let options = RadauOptions { stages, ..tolerance(1e-6) };
-        let builder = RadauSolver::builder(Driven { ..driven }).options(options);
+        let builder = radau(Driven { ..driven }).options(options);
         let mut solver = builder.build(0.0, &y, &y_dot).unwrap();
         let Outcome::StepTaken { .. } = solver.step(t_end).unwrap() else {
             continue;
@@ -249,9 +250,9 @@ fn output_of_first_steps_does_not_depend_on_wrong_derivatives() {
         pairs(&pairs(&[3, 5, 7], &[1e-4, 1e-8]), &pairs(&first_steps, &[0.0, 1.0, -1.0, 1e6]))
     {
         let options = RadauOptions { stages, initial_step, ..tolerance(tol) };
-        let builder = RadauSolver::builder(Decay).options(options);
+        let builder = radau(Decay).options(options);
         let crossing = 1e-4_f64;
-        let root = move |_: &mut Decay, _: f64, y: &[f64], _: &[f64], g: &mut [f64]| {
+        let root = move |_: &mut AnyProblem, _: f64, y: &[f64], _: &[f64], g: &mut [f64]| {
             g[0] = y[0] - (-crossing).exp();
             Ok(())
         };

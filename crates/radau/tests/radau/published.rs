@@ -11,9 +11,9 @@ use myovib_conformance::samples::{
     VanDerPol,
 };
 use myovib_dae::{Problem, StepError, Tolerances};
-use myovib_radau::{RadauOptions, RadauSolver};
+use myovib_radau::RadauOptions;
 
-use crate::common::{mescd, numbers, reference, run, scd, solver, tolerance};
+use crate::common::{mescd, numbers, radau, reference, run, scd, solver, tolerance};
 
 const TOLERANCES: [f64; 3] = [1e-4, 1e-6, 1e-8];
 const EIGHT: f64 = 1e-8;
@@ -162,7 +162,7 @@ fn robertson() {
 /// RADAU5 to 1e-14, assert the same counters.
 #[test]
 fn counters_of_radau5() {
-    let mut solver = RadauSolver::builder(Relaxation)
+    let mut solver = radau(Relaxation)
         .options(RadauOptions { initial_step: Some(1e-6), ..tolerance(1e-4) })
         .build(0.0, &[2.0, -0.66], &[-0.66, -0.02e6])
         .unwrap();

@@ -1,14 +1,15 @@
 //! Quadratures along with the solution: order of convergence, and continuation from a saved state and after a root.
 
+use myovib_conformance::AnyProblem;
 use myovib_conformance::samples::{JayIndex2, Sample};
 use myovib_dae::{Direction, Outcome, Tolerances};
 use myovib_radau::{RadauOptions, RadauSolver, RadauState, StepSize};
 
-use crate::common::Oscillator;
+use crate::common::{Oscillator, radau};
 
-fn solver(options: RadauOptions) -> RadauSolver<Oscillator> {
+fn solver(options: RadauOptions) -> RadauSolver<AnyProblem> {
     let start = Oscillator.start();
-    RadauSolver::builder(Oscillator)
+    radau(Oscillator)
         .options(options)
         .quadrature([0.0], |_, _, y, v, g| {
             g[0] = y[0] * y[0] * v[0];
@@ -70,7 +71,7 @@ fn quadratures_have_the_order_of_the_method() {
 #[test]
 fn integrals_of_multipliers_use_their_output_values() {
     let start = JayIndex2.start();
-    let mut solver = RadauSolver::builder(JayIndex2)
+    let mut solver = radau(JayIndex2)
         .tolerances(Tolerances::scalar(1e-6, 1e-6))
         .quadrature([0.5], |_, _, y, _, g| {
             g[0] = y[2];
@@ -111,7 +112,7 @@ fn quadratures_go_on_from_saved_states_and_from_roots() {
     }
 
     let start = Oscillator.start();
-    let mut watched = RadauSolver::builder(Oscillator)
+    let mut watched = radau(Oscillator)
         .options(options())
         .quadrature([0.0], |_, _, y, v, g| {
             g[0] = y[0] * y[0] * v[0];

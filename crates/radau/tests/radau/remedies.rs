@@ -1,5 +1,6 @@
 //! Checks that an integration succeeds with each of the remedies suggested after a stop.
 
+use myovib_conformance::AnyProblem;
 use myovib_conformance::samples::{
     Constrained, Differentiated, MechanicalForm, Pendulum, Sample, SliderCrank,
 };
@@ -7,7 +8,7 @@ use myovib_dae::{ConsistencyMode, Outcome, Problem, Remedy, StepError, Tolerance
 use myovib_radau::{RadauOptions, RadauSolver};
 use sundials_wrap::{IdaOptions, IdaSolver};
 
-use crate::common::{Oscillator, solver, stopped, tolerance};
+use crate::common::{Oscillator, radau, solver, stopped, tolerance};
 
 /// The pendulum of index 3.
 #[derive(Clone, Copy)]
@@ -69,9 +70,9 @@ impl Problem for Jump {
 
 const REACHED: Outcome = Outcome::Reached { t: 2.0 };
 
-fn pendulum(problem: StatedPendulum, options: RadauOptions) -> RadauSolver<StatedPendulum> {
+fn pendulum(problem: StatedPendulum, options: RadauOptions) -> RadauSolver<AnyProblem> {
     let start = problem.pendulum.start();
-    let builder = RadauSolver::builder(problem).options(options);
+    let builder = radau(problem).options(options);
     builder.build(start.t, &start.y, &start.y_dot).unwrap()
 }
 
@@ -162,7 +163,7 @@ fn indices_are_stated() {
 fn a_jump_is_a_time_to_restart_at() {
     let options = |tol| RadauOptions { min_step: 1e-3, ..tolerance(tol) };
     let started = |tol| {
-        let builder = RadauSolver::builder(Jump).options(options(tol));
+        let builder = radau(Jump).options(options(tol));
         builder.build(0.0, &[0.0], &[0.0]).unwrap()
     };
     let stop = stopped(started(1e-8).integrate_to(2.0).unwrap());

@@ -17,7 +17,7 @@ fn places(steps: u64) -> Vec<u64> {
 
 /// Saves the states of a run at several steps as JSON, and continues from each with a new solver.
 #[track_caller]
-fn assert_goes_on<S: Sample + Clone>(sample: &S, t_end: f64, options: &RadauOptions) {
+fn assert_goes_on<S: Sample + Clone + 'static>(sample: &S, t_end: f64, options: &RadauOptions) {
     let begin = || {
         let mut solver = solver(sample.clone(), options.clone());
         solver.set_stop_time(t_end).unwrap();

@@ -2,9 +2,9 @@
 
 use myovib_conformance::samples::Sample;
 use myovib_dae::{Outcome, Problem, StepError, Tolerances};
-use myovib_radau::{RadauOptions, RadauSolver};
+use myovib_radau::RadauOptions;
 
-use crate::common::{Oscillator, run};
+use crate::common::{Oscillator, radau, run};
 
 /// A pendulum in the form of index 3 or 2, with a unit of time of `unit` seconds.
 #[derive(Clone, Copy)]
@@ -56,7 +56,7 @@ fn steps_do_not_depend_on_the_unit_of_time() {
             };
             let problem = Pendulum { index, unit };
             let rates = [0.0, 0.0, 0.0, -9.81 * unit * unit, 0.0];
-            let mut solver = RadauSolver::builder(problem)
+            let mut solver = radau(problem)
                 .options(options)
                 .build(0.0, &[1.0, 0.0, 0.0, 0.0, 0.0], &rates)
                 .unwrap();
@@ -118,7 +118,7 @@ fn no_conduction_through_a_resistor_is_skipped() {
             let tolerances = Tolerances::scalar(tolerance, tolerance);
             let options = RadauOptions { stages, tolerances, ..RadauOptions::default() };
             let options = RadauOptions { dense_output: false, ..options };
-            let mut solver = RadauSolver::builder(RectifierWithResistor)
+            let mut solver = radau(RectifierWithResistor)
                 .options(options)
                 .build(0.0, &[0.0; 2], &[0.0, rate])
                 .unwrap();
@@ -142,10 +142,8 @@ fn no_conduction_of_a_rectifier_is_skipped() {
                 dense_output: false,
                 ..RadauOptions::default()
             };
-            let mut solver = RadauSolver::builder(Rectifier)
-                .options(options)
-                .build(0.0, &[0.0; 2], &[0.0; 2])
-                .unwrap();
+            let mut solver =
+                radau(Rectifier).options(options).build(0.0, &[0.0; 2], &[0.0; 2]).unwrap();
             let outcome = solver.integrate_to(0.1).unwrap();
             assert_eq!(outcome, Outcome::Reached { t: 0.1 });
             // The error of a conduction is within 100 tolerances of 10 V and decays by exp(-0.2) per period. A skipped
@@ -216,7 +214,7 @@ fn no_pulse_after_a_pause_is_skipped() {
             for (stages, relative) in [3, 5, 7].iter().flat_map(|s| [1e-4, 1e-6].map(|r| (*s, r))) {
                 let tolerances = Tolerances::scalar(relative, relative * area);
                 let options = RadauOptions { stages, tolerances, ..RadauOptions::default() };
-                let mut solver = RadauSolver::builder(Pulses { threshold })
+                let mut solver = radau(Pulses { threshold })
                     .options(options)
                     .build(0.0, &[0.0], &[0.0])
                     .unwrap();

@@ -10,7 +10,7 @@ use myovib_radau::{
     SensitivityWork, StepSize,
 };
 
-use crate::common::{solver, tolerance};
+use crate::common::{solver_of, tolerance};
 
 /// Returns a solver after a run, and the sensitivities to all parameters of a sample.
 fn run<S: ParametricSample + Copy + 'static>(
@@ -19,7 +19,7 @@ fn run<S: ParametricSample + Copy + 'static>(
     options: RadauOptions,
 ) -> (RadauSolver<S>, ForwardSensitivities<Differenced<S>>) {
     let starts = (0..sample.parameters().len()).map(|j| sample.exact_sensitivity(j, 0.0)).collect();
-    let mut solver = solver(sample, options);
+    let mut solver = solver_of(sample, options);
     let mut sensitivities =
         ForwardSensitivities::new(&solver, sample.differenced(), starts).unwrap();
     sensitivities.integrate_to(&mut solver, t_end).unwrap();
@@ -288,7 +288,7 @@ fn sensitivities_optionally_limit_the_steps() {
 #[test]
 fn dense_output_is_that_of_the_step() {
     let sample = Oscillator { omega: 3.0 };
-    let mut solver = solver(sample, tolerance(1e-8));
+    let mut solver = solver_of(sample, tolerance(1e-8));
     let mut sensitivities =
         ForwardSensitivities::new(&solver, sample.differenced(), vec![vec![0.0; 2]]).unwrap();
     let mut out = [0.0; 2];
@@ -314,7 +314,7 @@ fn dense_output_is_that_of_the_step() {
 #[test]
 fn misuse_is_rejected() {
     let sample = Oscillator { omega: 3.0 };
-    let mut solver = solver(sample, tolerance(1e-4));
+    let mut solver = solver_of(sample, tolerance(1e-4));
     let new = |solver: &RadauSolver<_>, starts| {
         ForwardSensitivities::new(solver, sample.differenced(), starts)
     };
@@ -476,7 +476,7 @@ fn a_restored_state_ends_what_follows_steps() {
 #[test]
 fn parameters_changed_before_the_start_keep_their_values() {
     let (before, after) = (Oscillator { omega: 2.0 }, Oscillator { omega: 3.0 });
-    let mut solver = solver(before, tolerance(1e-8));
+    let mut solver = solver_of(before, tolerance(1e-8));
     let start = after.start();
     solver.problem_mut().omega = 3.0;
     solver.reinit(0.0, &start.y, &start.y_dot).unwrap();

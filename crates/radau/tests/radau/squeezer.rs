@@ -4,10 +4,11 @@
 //! spring. Source: F. Mazzia, C. Magherini, Test Set for Initial Value Problem Solvers, release 2.4 (2008), problem
 //! `andrews`: equations, constants, initial values, and the solution at t = 0.03.
 
+use myovib_conformance::AnyProblem;
 use myovib_dae::{Outcome, Problem, StepError};
 use myovib_radau::{RadauOptions, RadauSolver};
 
-use crate::common::{scd, tolerance};
+use crate::common::{radau, scd, tolerance};
 
 const M1: f64 = 0.04325;
 const M2: f64 = 0.00365;
@@ -188,13 +189,13 @@ const PUBLISHED: [f64; 7] = [
     1.048_080_741_042_263,
 ];
 
-fn squeezer(index: u8, options: RadauOptions) -> RadauSolver<Squeezer> {
+fn squeezer(index: u8, options: RadauOptions) -> RadauSolver<AnyProblem> {
     let (mut y, mut y_dot) = ([0.0; 27], [0.0; 27]);
     y[..7].copy_from_slice(&Q0);
     y[14..16].copy_from_slice(&W0);
     y_dot[7..9].copy_from_slice(&W0);
     y[21..23].copy_from_slice(&MULTIPLIERS);
-    let builder = RadauSolver::builder(Squeezer { index }).options(options);
+    let builder = radau(Squeezer { index }).options(options);
     builder.build(0.0, &y, &y_dot).unwrap()
 }
 

@@ -4,9 +4,9 @@ use myovib_conformance::samples::{
     Constrained, Differentiated, MechanicalForm, Pendulum, Sample, SliderCrank,
 };
 use myovib_dae::{Outcome, Problem, StepError};
-use myovib_radau::{RadauOptions, RadauSolver};
+use myovib_radau::RadauOptions;
 
-use crate::common::tolerance;
+use crate::common::{radau, tolerance};
 
 /// A mass on a support that starts to oscillate at t = 0, connected by a spring to a second mass. The masses are at
 /// rest at the start, although the constraint q = 1 − cos 30 t changes.
@@ -47,7 +47,7 @@ const TIMES: [f64; 3] = [0.02, 0.05, 0.1];
 
 /// Returns the solution at these times. At the start, variables of the index `displaced` are displaced by `off` times
 /// alternating signs.
-fn solutions<S: Sample>(
+fn solutions<S: Sample + 'static>(
     sample: S,
     (off, displaced): (f64, u8),
     options: RadauOptions,
@@ -56,7 +56,7 @@ fn solutions<S: Sample>(
     for i in (0..indices.len()).filter(|&i| indices[i] == displaced) {
         start.y[i] += if i % 2 == 0 { off } else { -0.7 * off };
     }
-    let builder = RadauSolver::builder(sample).options(options);
+    let builder = radau(sample).options(options);
     let mut solver = builder.build(start.t, &start.y, &start.y_dot).unwrap();
     let at = |t| {
         let outcome = solver.integrate_to(t).unwrap();
@@ -68,7 +68,7 @@ fn solutions<S: Sample>(
 
 /// Regression test: positions with an error of 1e-11 stopped all methods at the start, and velocities with an error of
 /// 1e-7 led to wrong multipliers without an error.
-fn expect_harmless<S: Sample>(sample: impl Fn() -> S, displaced: u8) {
+fn expect_harmless<S: Sample + 'static>(sample: impl Fn() -> S, displaced: u8) {
     for (stages, tol) in [(3, 1e-4), (3, 1e-8), (5, 1e-6), (7, 1e-4), (7, 1e-8)] {
         let options = |tol| RadauOptions { stages, ..tolerance(tol) };
         let exact = solutions(sample(), (0.0, displaced), options(1e-3 * tol));
@@ -117,7 +117,7 @@ fn the_first_multiplier_is_correct() {
             // At the start, the rod is in the direction of x.
             start.y[if displaced == 1 { 0 } else { 2 }] += off;
             let options = RadauOptions { stages, ..tolerance(tol) };
-            let builder = RadauSolver::builder(sample).options(options);
+            let builder = radau(sample).options(options);
             let mut solver = builder.build(start.t, &start.y, &start.y_dot).unwrap();
             solver.step(1.0).unwrap();
             let exact = sample.exact(solver.t()).unwrap()[4];

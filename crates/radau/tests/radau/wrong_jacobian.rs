@@ -2,7 +2,9 @@
 
 use myovib_conformance::samples::{Altered, MechanicalForm, Pendulum, Sample};
 use myovib_dae::{Outcome, Stop, Tolerances};
-use myovib_radau::{RadauOptions, RadauSolver};
+use myovib_radau::RadauOptions;
+
+use crate::common::radau;
 
 /// Integrates a pendulum of index 3 whose entry ∂F₂/∂λ is multiplied by this factor.
 fn stop(factor: f64, check_jacobian_at_stop: bool) -> Option<Box<Stop>> {
@@ -14,7 +16,7 @@ fn stop(factor: f64, check_jacobian_at_stop: bool) -> Option<Box<Stop>> {
         check_jacobian_at_stop,
         ..RadauOptions::default()
     };
-    let builder = RadauSolver::builder(problem).options(options);
+    let builder = radau(problem).options(options);
     let mut solver = builder.build(start.t, &start.y, &start.y_dot).unwrap();
     match solver.integrate_to(2.0).unwrap() {
         Outcome::Stopped(stop) => Some(stop),

@@ -1,15 +1,14 @@
 //! Runs the conformance tests for integrators with IDAS.
 
-use myovib_conformance::{Method, Request};
-use myovib_dae::Problem;
+use myovib_conformance::{AnyProblem, Method, Request};
 use sundials_wrap::{IdaOptions, IdaSolver};
 
 struct Ida;
 
 impl Method for Ida {
-    type Integrator<P: Problem + 'static> = IdaSolver<P>;
+    type Integrator = IdaSolver<AnyProblem>;
 
-    fn build<P: Problem + 'static>(&self, request: Request<P>) -> IdaSolver<P> {
+    fn build(&self, request: Request) -> IdaSolver<AnyProblem> {
         let (t, y, y_dot) = request.start;
         let mut builder = IdaSolver::builder(request.problem).options(IdaOptions {
             tolerances: request.tolerances,
