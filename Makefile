@@ -15,8 +15,9 @@ lint: ## check format and lints, warnings as errors
 test: ## set up the machine if necessary, then run all quick tests
 	./scripts/test
 
-test-slow: ## the slow tests, in release mode
+test-slow: ## the slow tests, in release mode, and the benchmarks of other solvers
 	cargo test --workspace --locked --release -- --ignored
+	cargo check --manifest-path bench/rivals/Cargo.toml --bins --benches --locked
 	cargo build --release --locked -p myovib && ./scripts/slurm
 
 valgrind: ## small tests of sundials-wrap, radau and model under valgrind
