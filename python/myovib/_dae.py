@@ -713,7 +713,7 @@ FAR = 10.0
 
 
 class _PositionConstraints(NamedTuple):
-    """Results for the constraints on positions at the start."""
+    """Result of the check of the position constraints at the start."""
 
     # Whether the positions violate a constraint.
     are_violated: bool

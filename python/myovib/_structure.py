@@ -339,12 +339,12 @@ class Structure:
         return equations, float(residuals[worst]), float(changes[worst])
 
     def effect(self, tolerance: Array) -> Array:
-        """Return the change of each equation if y changes by the tolerance."""
+        """Return the change of the residual of each equation if y changes by the tolerance."""
         return np.asarray(abs(self.df_dy) @ tolerance)
 
     @cached_property
     def variable_indices(self) -> Array:
-        """Return the index of each variable. The value is 1 also if the index is 0, and 0 if the index is not clear.
+        """Return the index of each variable: 1 for an index of 0 or 1, and 0 if it cannot be determined.
 
         In steps of size h, an error of the equations changes a variable of index i by the error divided by h^(i-1).
         """
@@ -372,9 +372,9 @@ class Structure:
         return np.flatnonzero(is_free).tolist()
 
     def _determined(self) -> NDArray[np.bool_]:
-        """Return the derivatives and algebraic variables that the linearized F = 0 determines beyond its rounding errors.
+        """Return the derivatives and algebraic variables that the linearized F = 0 determines in spite of rounding errors.
 
-        These agree between solutions with two accurate matrices, which have different errors.
+        Their values agree if the equations are solved with two accurate matrices whose errors differ.
         """
         random = np.random.default_rng(0)
         none = np.zeros(len(self.algebraic), dtype=bool)

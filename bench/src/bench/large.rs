@@ -221,8 +221,8 @@ fn predicted_memory(dae: &mut MuscleDae, n_complex: usize) -> anyhow::Result<f64
     Ok(mib(resources::in_use())? + mib(needs.map(|needs| needs.bytes))?)
 }
 
-/// Returns the numbers of real and complex factorizations and solves between two counts. The counts of BDF do not
-/// include solves, so `solves` is their number.
+/// Returns the numbers of real and complex factorizations and solves between two states of the counters. The
+/// counters of BDF do not include solves, so the number of solves is passed as `solves`.
 fn linear_work(before: Counts, after: Counts, solves: u64) -> [u64; 4] {
     match (before.radau_work, after.radau_work) {
         (before, Some(after)) => {

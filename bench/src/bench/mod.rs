@@ -51,8 +51,8 @@ pub(crate) struct BenchArgs {
 pub(crate) enum What {
     /// Rows of Table 2 with the condensed, the full and SUNDIALS' default linear solver
     Rows,
-    /// Harmonic responses compared with motions and with separate factorizations, adaptive frequencies compared with
-    /// equidistant frequencies, and a periodic state compared with the motion from rest
+    /// Harmonic responses versus time integration and separate factorizations, adaptive versus equidistant frequencies,
+    /// and a periodic state versus time integration from rest
     Response,
     /// Runs without chains, with separate steps of chains and with one system
     Chains,

@@ -1,5 +1,5 @@
-//! Measurements of harmonic responses: the cost compared with motions and with separate factorizations, and the number
-//! of adaptive frequencies. Also measures the cost of periodic states.
+//! Benchmarks of harmonic responses: their cost relative to time integration and to separate factorizations, and the
+//! number of adaptive frequencies. Also measures the cost of periodic states.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -20,8 +20,7 @@ use serde::Serialize;
 
 use super::{BenchArgs, fastest, give, goes_on};
 
-/// Comparison of a response with another computation, which is either a motion that the response replaces, or its
-/// factorizations alone.
+/// Comparison of a harmonic response with the time integration that it replaces, or with its factorizations alone.
 #[derive(Serialize)]
 struct Row {
     scene: &'static str,
@@ -40,8 +39,8 @@ struct Row {
 struct Interpolation {
     grid: String,
     frequencies: usize,
-    /// Largest error between the frequencies. It is relative to the amplitude or to the median amplitude of the value,
-    /// whichever is larger.
+    /// Largest interpolation error between the computed frequencies, relative to the amplitude or to the median
+    /// amplitude, whichever is larger.
     error: f64,
 }
 

@@ -275,7 +275,7 @@ mod tests {
         }
     }
 
-    /// At perturbed derivatives, a nonlinear function may have the same value, a zero derivative, or no value at all.
+    /// If the derivatives ẏ are perturbed, a nonlinear function may keep its value, have a zero derivative, or be undefined.
     #[test]
     fn a_nonlinear_derivative_is_found() {
         type Function = fn(f64) -> Result<f64, StepError>;

@@ -81,7 +81,7 @@ pub fn frames(folder: &Path, request: Request<'_>) -> anyhow::Result<Vec<Figure>
         (true, true) => {
             return Err(InputError::new("the folder contains no fields")
                 .at(folder.display())
-                .next("name the folder of a motion with [fields], of a response with response.fields, or of modes")
+                .next("name the folder of a dynamic analysis with [fields], of a response with response.fields, or of modes")
                 .into());
         }
     };
@@ -115,7 +115,7 @@ fn stored(
     request: Request<'_>,
 ) -> anyhow::Result<(StoredMesh, Vec<Shot>)> {
     if request.frequency.is_some() {
-        let error = InputError::new("the option has no effect on the movie of a motion");
+        let error = InputError::new("the option has no effect on the movie of a dynamic analysis");
         return Err(error
             .at("--frequency")
             .next("use it with the folder of a response or of modes")

@@ -93,7 +93,7 @@ pub fn run(args: &SensitivityArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// Returns the request for the folder of this command.
+/// Returns the request to create or reuse the result folder of this command.
 pub fn request<'a>(
     out: &'a Path,
     existing: Existing,

@@ -32,8 +32,8 @@ use crate::values;
     myovib table2 --rows 1 --probe origin --every 0.01 --csv origin.csv\n\n\
     The exit code is 1 if a run ends differently from the paper's.")]
 pub struct Table2Args {
-    /// Keys of the rows to run: 1, 2, 2m, 3, 3m, 4, 4-order2, 4-suppressed, 31. With Radau IIA 1,
-    /// 2, 3, 4, 31, because the other rows differ in settings of BDF only [default: all].
+    /// Keys of the rows to run: 1, 2, 2m, 3, 3m, 4, 4-order2, 4-suppressed, 31. Radau IIA has the
+    /// rows 1, 2, 3, 4 and 31, because the others differ only in settings of BDF [default: all].
     #[arg(long, value_name = "KEYS", value_delimiter = ',')]
     pub rows: Vec<String>,
 

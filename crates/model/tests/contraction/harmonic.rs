@@ -28,7 +28,7 @@ const FORMULATIONS: [Formulation; 6] = [
 /// Hz; between the lowest modes.
 const FREQUENCY: f64 = 2.3;
 
-/// Adds given tensions, a traction, and a pressure that follows the top.
+/// Adds prescribed tensions, a traction, and a follower pressure on the top.
 fn loaded(mut muscle: Muscle, pressure: Option<f64>) -> Muscle {
     let given = |number, tension| (number, Activation::Given(Signal::constant(tension)));
     muscle.activations = vec![given(0, 2e3), given(1, 1e3)];

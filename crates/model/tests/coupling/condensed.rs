@@ -1,4 +1,4 @@
-//! A body's condensed solver with oscillators, compared with the matrix of the full system.
+//! Comparison of the condensed solver of a body with oscillators with a solution by the full matrix.
 
 use crate::common::{backward_error, muscle_and_chain, muscle_mesh, start_muscle};
 use myovib_dae::{LinearSolver as _, Linearization, Problem};

@@ -71,9 +71,9 @@ pub struct ForwardSensitivities<Q> {
 }
 
 impl<Q> ForwardSensitivities<Q> {
-    /// Creates the sensitivities to the `parameters` of a solver. `starts` contains the values ∂y/∂p_j at the current
-    /// time of the solver. At index 2 and 3, they must satisfy the derivatives of the constraints with respect to p_j:
-    /// this is not checked, and violations persist.
+    /// Creates the sensitivities of the solution of a solver with respect to `parameters`. `starts` contains the values
+    /// ∂y/∂p_j at the current time of the solver. At index 2 and 3, they must satisfy the constraints differentiated with
+    /// respect to p_j: this is not checked, and violations persist.
     ///
     /// # Shapes
     /// `starts`: the number of unknowns for each parameter.

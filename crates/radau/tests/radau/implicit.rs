@@ -32,7 +32,8 @@ impl Problem for Implicit {
     }
 }
 
-/// Allowed error of a successful run in units of the tolerance. The value corresponds to two digits.
+/// Largest error of a run that counts as successful, in units of the tolerance. A factor of 100 allows the loss of two
+/// digits.
 const PROMISED: f64 = 100.0;
 
 const CASES: [Case; 20] = [

@@ -19,7 +19,7 @@ use crate::system::{System, muscle_of};
 pub struct Contact {
     /// Group of a `[[contact]]`.
     pub group: String,
-    /// Point at rest about which the moment on the deformed body is computed, m.
+    /// Fixed point about which the moment on the deformed body is computed, in m.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 2, max = 3))]
     pub about: Option<Vec<f64>>,

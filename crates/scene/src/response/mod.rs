@@ -447,7 +447,7 @@ pub(crate) fn equilibrium(
         None => Ok((Equilibrium::unloaded(muscle), None)),
         Some(_) if muscle.models().next().is_some() => {
             let error = InputError::new(
-                "the activation model `bestel` needs a motion: its tension is 0 at the start",
+                "the activation model `bestel` requires a dynamic analysis: its tension is 0 at the start",
             );
             let error = error.next("use a tension of type = \"given\"");
             Err(scene.wrong(key, error).into())

@@ -191,7 +191,7 @@ impl Builder<'_> {
     ) -> Result<Springpot, InputError> {
         if file.analysis.is_in_time() || file.analysis == Analysis::Periodic {
             let error = InputError::new("springpots are not supported in the time domain")
-                .next("compute a response, or use `prony` for a motion");
+                .next("compute a response, or use `prony` in a dynamic analysis");
             return Err(self.wrong(path, error));
         }
         let law = self.at(path, material.stiffened())?;
@@ -242,9 +242,10 @@ impl Builder<'_> {
             }
             Tension::Bestel { contractility, rise, decay, systole, diastole, width } => {
                 if file.analysis == Analysis::Static {
-                    let error =
-                        InputError::new("Bestel's tension requires a motion: it starts at 0")
-                            .next("use a tension of type = \"given\", or analysis = \"dynamic\"");
+                    let error = InputError::new(
+                        "Bestel's tension requires a dynamic analysis: it starts at 0",
+                    )
+                    .next("use a tension of type = \"given\", or analysis = \"dynamic\"");
                     return Err(self.wrong(path, error));
                 }
                 let model =

@@ -72,7 +72,7 @@ impl Builder<'_> {
             is_energy.then_some(i)
         };
         if let Some(i) = file.probe.iter().enumerate().find_map(of_energy) {
-            let error = InputError::new("an energy balance needs a motion from its start");
+            let error = InputError::new("an energy balance requires an analysis from its start");
             let error = error.next("remove this probe, or use analysis = \"dynamic\"");
             return Err(self.wrong(&format!("probe[{i}].type"), error));
         }

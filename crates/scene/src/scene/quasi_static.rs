@@ -23,7 +23,7 @@ impl Builder<'_> {
             return Err(self.wrong(part, error));
         }
         if file.integrator.method == IntegratorKind::Bdf {
-            let error = InputError::new("BDF does not integrate a motion without inertia")
+            let error = InputError::new("BDF does not support quasi-static analyses")
                 .allowed("radau5, radau9, radau13");
             return Err(self.wrong("integrator.method", error));
         }

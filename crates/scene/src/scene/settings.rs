@@ -157,7 +157,7 @@ const OF_FULL_MATRIX: [&str; 2] = ["ordering", "btf"];
 /// Keys of `[[chain]]` that describe how the body drives a chain.
 const OF_DRIVEN_CHAINS: [&str; 3] = ["gain", "component", "driven"];
 
-/// Returns notes on settings without effect, such as limits of a motion in a scene without motion. Such settings are
+/// Returns notes on settings without effect, such as step limits in a static scene. Such settings are
 /// accepted because parts of a scene may be reused in another scene.
 pub(super) fn without_effect(file: &SceneFile, source: &Value, body: Option<&Body>) -> Vec<String> {
     let given = |table: &Value, keys: &[&str]| {
@@ -167,7 +167,7 @@ pub(super) fn without_effect(file: &SceneFile, source: &Value, body: Option<&Bod
     let is_full = |body: &Body| body.settings.linear_solver == LinearSolverKind::Full;
     let has_chains = !file.chain.is_empty();
     let settings = [
-        (file.analysis.is_in_time(), &OF_MOTIONS[..], "motion"),
+        (file.analysis.is_in_time(), &OF_MOTIONS[..], "time integration"),
         (body.is_some(), &ONLY_FOR_BODIES, "body"),
         (
             body.is_some_and(is_full),

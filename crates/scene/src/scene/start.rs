@@ -57,7 +57,7 @@ impl Builder<'_> {
         let of_equilibrium = matches!(start, InitialState::Equilibrium);
         if file.analysis == Analysis::QuasiStatic && !of_equilibrium {
             return wrong(
-                "a quasi-static motion must start without load or in equilibrium",
+                "a quasi-static analysis must start without load or in equilibrium",
                 "give [initial_state] type = \"equilibrium\", or remove it",
             );
         }

@@ -25,7 +25,7 @@ pub struct Contact {
     /// Direction of the force, along which the obstacle is free to move, of any length; only with `force`.
     #[schemars(length(min = 2, max = 3))]
     pub direction: Option<Vec<f64>>,
-    /// Coefficient of friction; only in motions and quasi-static analyses.
+    /// Coefficient of friction. It is allowed only in dynamic and quasi-static analyses.
     #[serde(default)]
     #[schemars(extend("minimum" = 0))]
     pub friction: f64,

@@ -12,9 +12,9 @@ use crate::scene_file::material::Material;
 /// A feature for which sensitivities are not available.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Unsupported {
-    #[error("sensitivities require a motion or a static analysis")]
+    #[error("sensitivities require a dynamic, quasi-static or static analysis")]
     Analysis,
-    #[error("stiffness maps require a motion with inertia")]
+    #[error("stiffness maps require a dynamic analysis")]
     MapAnalysis,
     #[error("sensitivities require given load factors, which an arc-length path does not have")]
     ArcLength,
@@ -34,7 +34,9 @@ pub enum Unsupported {
     AugmentedLagrange,
     #[error("sensitivities do not support friction")]
     Friction,
-    #[error("sensitivities of motions do not support obstacles under a force")]
+    #[error(
+        "sensitivities of dynamic and quasi-static analyses do not support obstacles under a force"
+    )]
     ObstacleForce,
     #[error("stiffness maps do not support Prony terms")]
     Prony,

@@ -109,8 +109,8 @@ fn stretched_muscle_has_the_response_of_independent_programs() {
     }
 }
 
-/// Checks frequency, amplitude and half-power width of peaks between frequencies with a spacing of 0.2 Hz. Their
-/// accuracy equals the accuracy of the stiffness.
+/// Checks the frequency, amplitude and half-power width of peaks that lie between computed frequencies 0.2 Hz apart.
+/// The peaks are as accurate as the stiffness.
 #[test]
 fn peaks_of_the_stretched_muscle_are_resolved() {
     let case = reference("s13_08_prestressed_frf.json");

@@ -95,8 +95,8 @@ fn a_clamp_balances_the_moment_of_the_load() {
     }
 }
 
-/// Checks that a plate that drags a block by friction and the clamp below exert opposite moments, up to a hundredth of the
-/// integrator's tolerance.
+/// A plate drags a block by friction. Checks that the moments of the plate and of the clamp below the block are opposite,
+/// up to a hundredth of the integrator's tolerance.
 #[test]
 fn contact_and_clamp_are_in_equilibrium_of_moments() {
     for (dimension, down) in [(2, "y"), (3, "z")] {

@@ -74,7 +74,7 @@ fn build(text: &str, set: &[&str]) -> Result<Scene, InputError> {
     Scene::build("scene.toml", text, &set, Path::new(""))
 }
 
-/// Returns the document of a run and the rows of its probe.
+/// Runs a scene. Returns its JSON document and the rows of its probe.
 fn run(text: &str, set: &[&str], precision: &str) -> (Value, Vec<Vec<f64>>) {
     let folder = tempfile::tempdir().unwrap();
     let (precision, rtol) =

@@ -1,4 +1,4 @@
-//! Scenes in 3D: equilibria of an independent program, and error messages.
+//! Scenes in 3D: comparison with equilibria of an independent program, and error messages.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod cubes;
