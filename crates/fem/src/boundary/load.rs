@@ -28,23 +28,7 @@ pub fn traction<const D: usize>(
     group: &str,
     traction: [f64; D],
 ) -> Result<Vec<f64>, FemError> {
-    traction_field(space, group, |_| traction)
-}
-
-/// Returns the load ∫_group τ(x) · φ ds of a traction that varies along the group. The quadrature is exact for
-/// cubic τ.
-///
-/// # Errors
-/// Returns the errors of [`traction`].
-///
-/// # Panics
-/// Panics unless `D` is the dimension.
-pub fn traction_field<const D: usize>(
-    space: &Space,
-    group: &str,
-    traction: impl Fn([f64; D]) -> [f64; D],
-) -> Result<Vec<f64>, FemError> {
-    facet_traction(space, group, |_, _, x| traction(x))
+    facet_traction(space, group, |_, _, _| traction)
 }
 
 /// Returns the load ∫_group τ · φ ds of a traction given as a function of the facet vertices, the barycentric
@@ -72,17 +56,6 @@ pub fn facet_traction<const D: usize>(
     Ok(load)
 }
 
-/// Returns the load ∫ f(x) · φ of a force per volume. The quadrature is exact for polynomials f up to degree 4.
-///
-/// # Shapes
-/// The result has length `n_components`.
-///
-/// # Panics
-/// Panics unless `D` is the dimension.
-pub fn body_force<const D: usize>(space: &Space, force: impl Fn([f64; D]) -> [f64; D]) -> Vec<f64> {
-    element_body_force(space, |_, x| force(x))
-}
-
 /// Returns the load ∫ ρ a · φ of a constant acceleration a, for example gravity.
 ///
 /// # Shapes
@@ -100,7 +73,10 @@ pub fn weight<const D: usize>(
 }
 
 /// Returns the load ∫ f · φ of a force per volume, given as a function of the point in an element and the
-/// position. The quadrature is as exact as in [`body_force`].
+/// position. The quadrature is exact for polynomials f up to degree 4.
+///
+/// # Shapes
+/// The result has length `n_components`.
 ///
 /// # Panics
 /// Panics unless `D` is the dimension.

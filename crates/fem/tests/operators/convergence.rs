@@ -63,7 +63,7 @@ fn clamped_square_converges_with_the_published_errors() {
     let found: Vec<[f64; 3]> = [4, 8, 16, 32]
         .map(|n| {
             let solid = clamped_rectangle([-1.0; 2], [1.0; 2], n, law);
-            let load = load::body_force(solid.space(), ClampedSquare::load);
+            let load = load::element_body_force(solid.space(), |_, x| ClampedSquare::load(x));
             let rest =
                 Equilibrium { u: vec![0.0; load.len()], p: vec![0.0; solid.space().n_pressures()] };
             errors(&solid, &equilibrium(&solid, &load, 0.0, true, rest), &ClampedSquare)
@@ -119,7 +119,7 @@ fn sheared_block_converges_at_finite_strains() {
     let found: Vec<[f64; 3]> = [4, 8, 16, 32]
         .map(|n| {
             let solid = clamped_rectangle([0.0; 2], [1.0; 2], n, MUSCLE_LAW);
-            let load = load::body_force(solid.space(), ShearedBlock::load);
+            let load = load::element_body_force(solid.space(), |_, x| ShearedBlock::load(x));
             let start = Equilibrium {
                 u: solid.space().node_points().iter().flat_map(|&x| ShearedBlock.u(x)).collect(),
                 p: vec![0.0; solid.space().n_pressures()],

@@ -82,7 +82,7 @@ fn sheared(mesh: &Mesh) -> [f64; 3] {
     let fixed: Vec<usize> = SIDES.iter().flat_map(|s| space.nodes_of(s).unwrap()).collect();
     let dofs = DofMap::clamped(&space, &fixed).unwrap();
     let solid = Solid::uniform(space.clone(), dofs, MUSCLE_LAW, 1.0).unwrap();
-    let load = load::body_force(&space, Sheared::load);
+    let load = load::element_body_force(&space, |_, x| Sheared::load(x));
     let start = Equilibrium {
         u: space.node_points().iter().flat_map(|&x| Sheared::u(x)).collect(),
         p: vec![0.0; space.n_pressures()],

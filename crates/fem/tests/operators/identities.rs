@@ -130,7 +130,7 @@ fn loads_have_the_exact_resultant_and_moments() {
     // The nodal sums are exact for quadratic functions: ∫_0^2 τ and ∫_0^2 x² τ.
     assert!((sum(&traction, &|_| 1.0, 0) - 6.0).abs() < 1e-13);
     assert!((sum(&traction, &|[x, _]| x * x, 1) + 5.0 * 8.0 / 3.0).abs() < 1e-13);
-    let weight = load::body_force(&space, |[x, y]| [x * y, -2.0]);
+    let weight = load::element_body_force(&space, |_, [x, y]| [x * y, -2.0]);
     assert!((sum(&weight, &|_| 1.0, 0) - 1.0).abs() < 1e-13);
     assert!((sum(&weight, &|[x, _]| x * x, 1) + 2.0 * 8.0 / 3.0).abs() < 1e-13);
     let error = load::traction(&space, "body", [1.0, 0.0]).unwrap_err();
