@@ -106,8 +106,6 @@ pub struct Description {
     pub about: &'static str,
     /// Constants of the law, in the order in which they are listed.
     pub parameters: &'static [Parameter],
-    /// Whether the law depends on the fiber axes.
-    pub fibers: bool,
     /// Whether the energy includes the volumetric part, so that neither pressure nor κ is added. Such a law is
     /// compatible only with the formulation `displacement`.
     pub complete: bool,

@@ -205,7 +205,6 @@ impl JsonSchema for LawConstants {
             energy: "ζ/2 (Ī1 - 3)",
             about: "`mooney-rivlin` with c10 = ζ/2, c01 = 0.",
             parameters: NEO_HOOKE_CONSTANTS,
-            fibers: false,
             complete: false,
         });
         json_schema!({ "oneOf": laws.chain([neo_hooke]).collect::<Vec<_>>() })

@@ -52,7 +52,6 @@ impl Described for Fung {
             square("b_8", "Weight of sheet–normal shear"),
             square("b_9", "Weight of fiber–normal shear"),
         ],
-        fibers: true,
         complete: false,
     };
 }

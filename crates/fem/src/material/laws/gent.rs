@@ -25,7 +25,6 @@ impl Described for Gent {
             Parameter::new("shear_modulus", "Pa", Range::Positive, "Initial shear modulus ζ"),
             Parameter::new("limit", "", Range::Positive, "Limit J_m of Ī1 - 3"),
         ],
-        fibers: false,
         complete: false,
     };
 }

@@ -31,7 +31,6 @@ impl Described for Guccione {
                  2 b_fs (E_fs² + E_fn²)",
         about: "Passive myocardium.",
         parameters: CONSTANTS,
-        fibers: true,
         complete: false,
     };
 }
@@ -123,7 +122,6 @@ impl Described for IsochoricGuccione {
         energy: "energy of guccione with Ē = (J^(-2/3) C - I)/2",
         about: "Equal to `guccione` for J = 1 except for the pressure; more stable at large strains.",
         parameters: CONSTANTS,
-        fibers: true,
         complete: false,
     };
 }

@@ -66,7 +66,6 @@ impl Described for HolzapfelOgden {
             dispersion("dispersion_f", "Dispersion κ_f of the fibers: 0 for aligned, 1/3 for isotropic ones"),
             dispersion("dispersion_s", "Dispersion κ_s of the sheets"),
         ],
-        fibers: true,
         complete: false,
     };
 }

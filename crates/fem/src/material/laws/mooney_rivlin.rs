@@ -39,7 +39,6 @@ impl Described for MooneyRivlin {
             )
             .or(0.0),
         ],
-        fibers: false,
         complete: false,
     };
 }

@@ -68,7 +68,6 @@ impl Described for Ogden {
             coefficient("mu_6").or(0.0),
             exponent("alpha_6").or(0.0),
         ],
-        fibers: false,
         complete: false,
     };
 }

@@ -21,7 +21,6 @@ impl Described for SmallStrain {
         energy: "ζ |dev ε|²",
         about: "Eq. (26): linear, for small displacements only.",
         parameters: &[Parameter::new("shear_modulus", "Pa", Range::Positive, "Shear modulus ζ")],
-        fibers: false,
         complete: false,
     };
 }

@@ -32,7 +32,6 @@ impl Described for StVenantKirchhoff {
             ),
             SHEAR_MODULUS,
         ],
-        fibers: false,
         complete: true,
     };
 }
@@ -52,7 +51,6 @@ impl Described for DeviatoricStVenantKirchhoff {
         energy: "ζ |dev E|²",
         about: "For moderate strains; softens in compression.",
         parameters: &[SHEAR_MODULUS],
-        fibers: false,
         complete: false,
     };
 }

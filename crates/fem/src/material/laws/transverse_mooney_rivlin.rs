@@ -54,7 +54,6 @@ impl Described for TransverseMooneyRivlin {
                 "Stretch at which fibers are straight",
             ),
         ],
-        fibers: true,
         complete: false,
     };
 }

@@ -25,7 +25,6 @@ impl Described for VerondaWestmann {
             Parameter::new("c1", "Pa", Range::Positive, "Scale of the exponential"),
             Parameter::new("c2", "", Range::Positive, "Exponent"),
         ],
-        fibers: false,
         complete: false,
     };
 }

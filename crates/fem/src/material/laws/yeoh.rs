@@ -28,7 +28,6 @@ impl Described for Yeoh {
             Parameter::new("c20", "Pa", Range::Finite, "Quadratic coefficient").or(0.0),
             Parameter::new("c30", "Pa", Range::Finite, "Cubic coefficient").or(0.0),
         ],
-        fibers: false,
         complete: false,
     };
 }

@@ -44,7 +44,6 @@ impl CustomLaw {
             energy: "",
             about: "",
             parameters: &[],
-            fibers: self.law.has_fibers(),
             complete: self.law.is_complete(),
         }
     }
