@@ -19,18 +19,18 @@
 // Loops over several indices of tensors at a time resemble the formulas.
 #![allow(clippy::needless_range_loop)]
 
-/// Calls a function with the dimension as a generic parameter.
+/// Evaluates an expression in which the constant `$D` is the dimension.
 macro_rules! in_dimension {
-    ($dimension:expr, $function:ident($($argument:expr),*)) => {
+    ($dimension:expr, |$D:ident| $body:expr) => {
         match $dimension {
-            2 => $function::<2>($($argument),*),
-            _ => $function::<3>($($argument),*),
-        }
-    };
-    ($dimension:expr, $object:ident $separator:tt $function:ident($($argument:expr),*)) => {
-        match $dimension {
-            2 => $object $separator $function::<2>($($argument),*),
-            _ => $object $separator $function::<3>($($argument),*),
+            2 => {
+                const $D: usize = 2;
+                $body
+            }
+            _ => {
+                const $D: usize = 3;
+                $body
+            }
         }
     };
 }

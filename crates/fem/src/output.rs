@@ -200,12 +200,11 @@ impl Solid {
 
     /// Returns the range of J over the given points of all elements.
     fn volume_ratios_at(&self, u: &[f64], points: &[Barycentric]) -> VolumeRatios {
-        in_dimension!(self.space().dimension(), self.volume_ratios_in(u, points))
+        in_dimension!(self.space().dimension(), |D| self.volume_ratios_in::<D>(u, points))
     }
 
-    /// Returns the range of J over the given points of all elements. This function is called often during runs.
-    /// Therefore shape functions are evaluated once for all elements, and the map of a straight element is
-    /// evaluated once.
+    /// This function is called often during runs. Therefore shape functions are evaluated once for all elements,
+    /// and the map of a straight element is evaluated once.
     fn volume_ratios_in<const D: usize>(&self, u: &[f64], points: &[Barycentric]) -> VolumeRatios {
         let space = self.space();
         let shape = space.mesh().shape();

@@ -118,7 +118,7 @@ impl RigidContact {
     ) -> Result<Self, FemError> {
         let space = solid.space();
         let boundary = DeformedFacets::of_group(space, group)?;
-        let weights = in_dimension!(boundary.dimension, weights(&boundary));
+        let weights = in_dimension!(boundary.dimension, |D| weights::<D>(&boundary));
         let area: f64 = weights.iter().flatten().sum();
         let mean = area / weights.len().max(1) as f64;
         let size = if boundary.dimension == 2 { mean } else { mean.sqrt() };
@@ -166,20 +166,18 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn distance(&self, offset: &[f64], u: &[f64]) -> f64 {
-        in_dimension!(self.boundary.dimension, self.distance_in(offset, u))
-    }
-
-    fn distance_in<const D: usize>(&self, offset: &[f64], u: &[f64]) -> f64 {
-        let (mut force, mut force_times_distance) = (0.0, 0.0);
-        self.for_each_touch::<D>(offset, u, |touch| {
-            let point_force = touch.weight * touch.potential[1];
-            force += point_force;
-            force_times_distance += point_force * touch.gap.distance.abs();
-        });
-        match force > 0.0 {
-            true => force_times_distance / (AUGMENTED * self.facet_size() * force),
-            false => 0.0,
-        }
+        in_dimension!(self.boundary.dimension, |D| {
+            let (mut force, mut force_times_distance) = (0.0, 0.0);
+            self.for_each_touch::<D>(offset, u, |touch| {
+                let point_force = touch.weight * touch.potential[1];
+                force += point_force;
+                force_times_distance += point_force * touch.gap.distance.abs();
+            });
+            match force > 0.0 {
+                true => force_times_distance / (AUGMENTED * self.facet_size() * force),
+                false => 0.0,
+            }
+        })
     }
 
     /// Sets the multipliers to the contact pressures at displacement `u` (Uzawa's method).
@@ -187,13 +185,11 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn update_multipliers(&mut self, offset: &[f64], u: &[f64]) {
-        in_dimension!(self.boundary.dimension, self.update_multipliers_in(offset, u));
-    }
-
-    fn update_multipliers_in<const D: usize>(&mut self, offset: &[f64], u: &[f64]) {
-        let mut depths = vec![0.0; self.depths.len()];
-        self.for_each_touch::<D>(offset, u, |touch| depths[touch.index] = touch.depth);
-        self.depths = depths;
+        in_dimension!(self.boundary.dimension, |D| {
+            let mut depths = vec![0.0; self.depths.len()];
+            self.for_each_touch::<D>(offset, u, |touch| depths[touch.index] = touch.depth);
+            self.depths = depths;
+        });
     }
 
     /// Multiplies the stiffness by `factor` and adapts the multipliers, so that the contact pressures at
@@ -202,21 +198,19 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short, or if the contact has no multipliers.
     pub fn scale_stiffness(&mut self, factor: f64, offset: &[f64], u: &[f64]) {
-        in_dimension!(self.boundary.dimension, self.scale_stiffness_in(factor, offset, u));
-    }
-
-    fn scale_stiffness_in<const D: usize>(&mut self, factor: f64, offset: &[f64], u: &[f64]) {
-        let (k, w) = (factor * self.stiffness, self.smoothing);
-        let mut depths = vec![0.0; self.depths.len()];
-        self.for_each_touch::<D>(offset, u, |touch| {
-            let pressure = touch.potential[1];
-            let depth = match pressure < 0.5 * k * w {
-                true => (2.0 * w * pressure / k).sqrt(),
-                false => pressure / k + 0.5 * w,
-            };
-            depths[touch.index] = touch.gap.distance + depth;
+        in_dimension!(self.boundary.dimension, |D| {
+            let (k, w) = (factor * self.stiffness, self.smoothing);
+            let mut depths = vec![0.0; self.depths.len()];
+            self.for_each_touch::<D>(offset, u, |touch| {
+                let pressure = touch.potential[1];
+                let depth = match pressure < 0.5 * k * w {
+                    true => (2.0 * w * pressure / k).sqrt(),
+                    false => pressure / k + 0.5 * w,
+                };
+                depths[touch.index] = touch.gap.distance + depth;
+            });
+            (self.stiffness, self.depths) = (k, depths);
         });
-        (self.stiffness, self.depths) = (k, depths);
     }
 
     /// Returns the penalty stiffness k, Pa/m.
@@ -232,23 +226,21 @@ impl RigidContact {
     /// Returns the unit vector from the obstacle to the nearest point of the undeformed group. In 2D, the third
     /// component is zero.
     pub fn toward_body(&self) -> [f64; 3] {
-        in_dimension!(self.boundary.dimension, self.toward_body_in())
-    }
-
-    fn toward_body_in<const D: usize>(&self) -> [f64; 3] {
-        let (boundary, rest) = (&self.boundary, vec![0.0; self.boundary.coordinates.len()]);
-        let places = boundary.facets.iter().flat_map(|nodes| {
-            let inside = boundary.points.iter();
-            let inside = inside.map(|point| boundary.sum::<D>(nodes, &point.values, &rest));
-            // Nodes are included because a pole of the body is often a node.
-            let at_nodes = nodes.iter();
-            inside.chain(at_nodes.map(|node| boundary.coordinates.as_chunks().0[*node]))
-        });
-        let gaps = places.map(|x| self.obstacle.gap(x, &[0.0; D]));
-        let nearest = gaps.min_by(|a, b| a.distance.total_cmp(&b.distance));
-        let mut normal = [0.0; 3];
-        normal[..D].copy_from_slice(&nearest.map_or([0.0; D], |gap| gap.normal));
-        normal
+        in_dimension!(self.boundary.dimension, |D| {
+            let (boundary, rest) = (&self.boundary, vec![0.0; self.boundary.coordinates.len()]);
+            let places = boundary.facets.iter().flat_map(|nodes| {
+                let inside = boundary.points.iter();
+                let inside = inside.map(|point| boundary.sum::<D>(nodes, &point.values, &rest));
+                // Nodes are included because a pole of the body is often a node.
+                let at_nodes = nodes.iter();
+                inside.chain(at_nodes.map(|node| boundary.coordinates.as_chunks().0[*node]))
+            });
+            let gaps = places.map(|x| self.obstacle.gap(x, &[0.0; D]));
+            let nearest = gaps.min_by(|a, b| a.distance.total_cmp(&b.distance));
+            let mut normal = [0.0; 3];
+            normal[..D].copy_from_slice(&nearest.map_or([0.0; D], |gap| gap.normal));
+            normal
+        })
     }
 
     /// Returns whether all normals of the obstacle at the undeformed group are within 60° of the outward normals
@@ -258,19 +250,17 @@ impl RigidContact {
     /// # Panics
     /// Panics if the `offset` of the obstacle is too short.
     pub fn faces_away(&self, offset: &[f64]) -> bool {
-        in_dimension!(self.boundary.dimension, self.faces_away_in(offset))
-    }
-
-    fn faces_away_in<const D: usize>(&self, offset: &[f64]) -> bool {
-        let (boundary, rest) = (&self.boundary, vec![0.0; self.boundary.coordinates.len()]);
-        let mut least = f64::INFINITY;
-        boundary.for_each_point::<D>(&rest, |facet, point, [s, t]| {
-            let x = boundary.sum::<D>(&boundary.facets[facet], &point.values, &rest);
-            let outward = area_vector(s, t);
-            let length = dot(&outward, &outward).sqrt();
-            least = least.min(dot(&self.obstacle.gap(x, offset).normal, &outward) / length);
-        });
-        least > AWAY
+        in_dimension!(self.boundary.dimension, |D| {
+            let (boundary, rest) = (&self.boundary, vec![0.0; self.boundary.coordinates.len()]);
+            let mut least = f64::INFINITY;
+            boundary.for_each_point::<D>(&rest, |facet, point, [s, t]| {
+                let x = boundary.sum::<D>(&boundary.facets[facet], &point.values, &rest);
+                let outward = area_vector(s, t);
+                let length = dot(&outward, &outward).sqrt();
+                least = least.min(dot(&self.obstacle.gap(x, offset).normal, &outward) / length);
+            });
+            least > AWAY
+        })
     }
 
     /// Adds the rate of the force on the body to `total`. `obstacle` holds the displacement and the velocity of
@@ -279,30 +269,24 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn add_force_rate(&self, obstacle: [&[f64]; 2], body: [&[f64]; 2], total: &mut [f64]) {
-        in_dimension!(self.boundary.dimension, self.add_force_rate_in(obstacle, body, total))
-    }
-
-    fn add_force_rate_in<const D: usize>(
-        &self,
-        [offset, velocity]: [&[f64]; 2],
-        [u, v]: [&[f64]; 2],
-        total: &mut [f64],
-    ) {
-        self.for_each_touch::<D>(offset, u, |touch| {
-            let nodes = &self.boundary.facets[touch.facet];
-            let mut relative: [f64; D] = std::array::from_fn(|i| -velocity[i]);
-            for (&node, value) in nodes.iter().zip(touch.values) {
-                for (sum, v) in relative.iter_mut().zip(&v[D * node..]) {
-                    *sum += value * v;
+        in_dimension!(self.boundary.dimension, |D| {
+            let ([offset, velocity], [u, v]) = (obstacle, body);
+            self.for_each_touch::<D>(offset, u, |touch| {
+                let nodes = &self.boundary.facets[touch.facet];
+                let mut relative: [f64; D] = std::array::from_fn(|i| -velocity[i]);
+                for (&node, value) in nodes.iter().zip(touch.values) {
+                    for (sum, v) in relative.iter_mut().zip(&v[D * node..]) {
+                        *sum += value * v;
+                    }
                 }
-            }
-            let rate = touch.slope().map(|row| touch.weight * dot(&row, &relative));
-            for (&node, value) in nodes.iter().zip(touch.values) {
-                for (total, rate) in total[D * node..].iter_mut().zip(rate) {
-                    *total += value * rate;
+                let rate = touch.slope().map(|row| touch.weight * dot(&row, &relative));
+                for (&node, value) in nodes.iter().zip(touch.values) {
+                    for (total, rate) in total[D * node..].iter_mut().zip(rate) {
+                        *total += value * rate;
+                    }
                 }
-            }
-        });
+            });
+        })
     }
 
     /// Returns φ, φ' and φ'' at `s` ≥ 0.
@@ -354,24 +338,16 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn add_force(&self, offset: &[f64], sign: f64, u: &[f64], total: &mut [f64]) {
-        in_dimension!(self.boundary.dimension, self.add_force_in(offset, sign, u, total))
-    }
-
-    fn add_force_in<const D: usize>(
-        &self,
-        offset: &[f64],
-        sign: f64,
-        u: &[f64],
-        total: &mut [f64],
-    ) {
-        self.for_each_touch::<D>(offset, u, |touch| {
-            for (&node, value) in self.boundary.facets[touch.facet].iter().zip(touch.values) {
-                let factor = sign * touch.potential[1] * touch.weight * value;
-                for (total, normal) in total[D * node..].iter_mut().zip(touch.gap.normal) {
-                    *total += factor * normal;
+        in_dimension!(self.boundary.dimension, |D| {
+            self.for_each_touch::<D>(offset, u, |touch| {
+                for (&node, value) in self.boundary.facets[touch.facet].iter().zip(touch.values) {
+                    let factor = sign * touch.potential[1] * touch.weight * value;
+                    for (total, normal) in total[D * node..].iter_mut().zip(touch.gap.normal) {
+                        *total += factor * normal;
+                    }
                 }
-            }
-        });
+            });
+        })
     }
 
     /// Adds the derivative of the force with respect to the free components of `u` to `values`. The derivative is
@@ -383,13 +359,11 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn add_stiffness(&self, offset: &[f64], u: &[f64], values: &mut [f64]) {
-        in_dimension!(self.boundary.dimension, self.add_stiffness_in(offset, u, values))
-    }
-
-    fn add_stiffness_in<const D: usize>(&self, offset: &[f64], u: &[f64], values: &mut [f64]) {
-        self.for_each_touch::<D>(offset, u, |touch| {
-            self.add_block(touch, &touch.slope(), values);
-        });
+        in_dimension!(self.boundary.dimension, |D| {
+            self.for_each_touch::<D>(offset, u, |touch| {
+                self.add_block(touch, &touch.slope(), values);
+            });
+        })
     }
 
     /// Adds the contribution of one quadrature point to the integrals of a `block` times the shape functions of
@@ -421,22 +395,20 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn sums(&self, offset: &[f64], u: &[f64]) -> ContactSums {
-        in_dimension!(self.boundary.dimension, self.sums_in(offset, u))
-    }
-
-    fn sums_in<const D: usize>(&self, offset: &[f64], u: &[f64]) -> ContactSums {
-        let mut sums = ContactSums::default();
-        // Points at which the contact has opened also have the energy −φ(d).
-        let points = self.depths.iter().zip(self.weights.iter().flatten());
-        points.for_each(|(&d, weight)| sums.energy -= weight * self.potential(d)[0]);
-        self.for_each_touch::<D>(offset, u, |touch| {
-            for (force, normal) in sums.force.iter_mut().zip(touch.gap.normal) {
-                *force += touch.weight * touch.potential[1] * normal;
-            }
-            sums.energy += touch.weight * touch.potential[0];
-            sums.penetration = sums.penetration.max(-touch.gap.distance);
-        });
-        sums
+        in_dimension!(self.boundary.dimension, |D| {
+            let mut sums = ContactSums::default();
+            // Points at which the contact has opened also have the energy −φ(d).
+            let points = self.depths.iter().zip(self.weights.iter().flatten());
+            points.for_each(|(&d, weight)| sums.energy -= weight * self.potential(d)[0]);
+            self.for_each_touch::<D>(offset, u, |touch| {
+                for (force, normal) in sums.force.iter_mut().zip(touch.gap.normal) {
+                    *force += touch.weight * touch.potential[1] * normal;
+                }
+                sums.energy += touch.weight * touch.potential[0];
+                sums.penetration = sums.penetration.max(-touch.gap.distance);
+            });
+            sums
+        })
     }
 }
 

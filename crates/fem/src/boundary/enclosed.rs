@@ -193,13 +193,11 @@ impl EnclosedVolume {
     /// # Panics
     /// Panics if `u` is too short.
     pub fn at(&self, u: &[f64]) -> f64 {
-        in_dimension!(self.walls.dimension, self.at_in(u))
-    }
-
-    fn at_in<const D: usize>(&self, u: &[f64]) -> f64 {
-        let origin = self.origin::<D>(u);
-        let lids: f64 = self.rims.iter().map(|rim| self.lid::<D>(rim, origin, u)).sum();
-        (lids - self.flux::<D>(origin, u)) / D as f64
+        in_dimension!(self.walls.dimension, |D| {
+            let origin = self.origin::<D>(u);
+            let lids: f64 = self.rims.iter().map(|rim| self.lid::<D>(rim, origin, u)).sum();
+            (lids - self.flux::<D>(origin, u)) / D as f64
+        })
     }
 
     /// Returns a point on all planes of symmetry, which are at their positions for the displacement `u`.

@@ -301,7 +301,7 @@ impl Space {
             let vertices: Vec<usize> = side.corners.iter().map(|&i| element[i]).collect();
             let nodes = self.facet_nodes(&vertices);
             for q in &rule {
-                let measure = in_dimension!(shape.dimension, measure_at(self, &nodes, q));
+                let measure = in_dimension!(shape.dimension, |D| measure_at::<D>(self, &nodes, q));
                 let mut lambda = vec![0.0; shape.n_vertices()];
                 for (&corner, l) in side.corners.iter().zip(&q.barycentric) {
                     lambda[corner] = *l;

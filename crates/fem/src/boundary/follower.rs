@@ -33,58 +33,54 @@ impl FollowerPressure {
         let boundary = DeformedFacets::of_group(solid.space(), group)?;
         Ok(Self { indices: boundary.matrix_indices(solid), boundary })
     }
-
-    fn add_force_in<const D: usize>(&self, pressure: f64, u: &[f64], total: &mut [f64]) {
-        let facets = &self.boundary.facets;
-        self.boundary.for_each_point::<D>(u, |facet, point, [s, t]| {
-            let normal = area_vector(s, t);
-            for (&node, value) in facets[facet].iter().zip(&point.values) {
-                let factor = -pressure * point.weight * value;
-                for (total, normal) in total[D * node..].iter_mut().zip(normal) {
-                    *total += factor * normal;
-                }
-            }
-        });
-    }
-
-    fn add_stiffness_in<const D: usize>(&self, pressure: f64, u: &[f64], values: &mut [f64]) {
-        let facets = &self.boundary.facets;
-        self.boundary.for_each_point::<D>(u, |facet, point, [s, t]| {
-            let (n, indices) = (facets[facet].len(), &self.indices[facet]);
-            for b in 0..n {
-                for k in 0..D {
-                    // Derivative of the area vector with respect to component k of node b.
-                    let mut tangent = [0.0; D];
-                    tangent[k] = point.slopes[0][b];
-                    let mut change = area_vector::<D>(tangent, t);
-                    if D == 3 {
-                        tangent[k] = point.slopes[1][b];
-                        let second = area_vector::<D>(s, tangent);
-                        for (change, second) in change.iter_mut().zip(second) {
-                            *change += second;
-                        }
-                    }
-                    for (a, value) in point.values.iter().take(n).enumerate() {
-                        let factor = -pressure * point.weight * value;
-                        for (i, change) in change.iter().enumerate() {
-                            let index = indices[(D * a + i) * D * n + D * b + k];
-                            if let Some(index) = index {
-                                values[index as usize] += factor * change;
-                            }
-                        }
-                    }
-                }
-            }
-        });
-    }
 }
 
 impl SurfaceOperator for FollowerPressure {
     fn add_force(&self, pressure: f64, u: &[f64], total: &mut [f64]) {
-        in_dimension!(self.boundary.dimension, self.add_force_in(pressure, u, total))
+        in_dimension!(self.boundary.dimension, |D| {
+            let facets = &self.boundary.facets;
+            self.boundary.for_each_point::<D>(u, |facet, point, [s, t]| {
+                let normal = area_vector(s, t);
+                for (&node, value) in facets[facet].iter().zip(&point.values) {
+                    let factor = -pressure * point.weight * value;
+                    for (total, normal) in total[D * node..].iter_mut().zip(normal) {
+                        *total += factor * normal;
+                    }
+                }
+            });
+        })
     }
 
     fn add_stiffness(&self, pressure: f64, u: &[f64], values: &mut [f64]) {
-        in_dimension!(self.boundary.dimension, self.add_stiffness_in(pressure, u, values))
+        in_dimension!(self.boundary.dimension, |D| {
+            let facets = &self.boundary.facets;
+            self.boundary.for_each_point::<D>(u, |facet, point, [s, t]| {
+                let (n, indices) = (facets[facet].len(), &self.indices[facet]);
+                for b in 0..n {
+                    for k in 0..D {
+                        // Derivative of the area vector with respect to component k of node b.
+                        let mut tangent = [0.0; D];
+                        tangent[k] = point.slopes[0][b];
+                        let mut change = area_vector::<D>(tangent, t);
+                        if D == 3 {
+                            tangent[k] = point.slopes[1][b];
+                            let second = area_vector::<D>(s, tangent);
+                            for (change, second) in change.iter_mut().zip(second) {
+                                *change += second;
+                            }
+                        }
+                        for (a, value) in point.values.iter().take(n).enumerate() {
+                            let factor = -pressure * point.weight * value;
+                            for (i, change) in change.iter().enumerate() {
+                                let index = indices[(D * a + i) * D * n + D * b + k];
+                                if let Some(index) = index {
+                                    values[index as usize] += factor * change;
+                                }
+                            }
+                        }
+                    }
+                }
+            });
+        })
     }
 }

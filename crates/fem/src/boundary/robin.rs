@@ -38,36 +38,30 @@ impl RobinMatrix {
     /// Returns [`FemError::UnknownGroup`] if the group does not exist, or [`FemError::WrongGroup`] if its members
     /// are of another kind.
     pub fn new(space: &Space, group: &str, direction: SupportDirection) -> Result<Self, FemError> {
-        in_dimension!(space.dimension(), Self::new_in(space, group, direction))
-    }
-
-    fn new_in<const D: usize>(
-        space: &Space,
-        group: &str,
-        direction: SupportDirection,
-    ) -> Result<Self, FemError> {
-        let mut sums: BTreeMap<(usize, usize), f64> = BTreeMap::new();
-        for_each_point::<D>(space, group, |at| {
-            let projection = match direction {
-                SupportDirection::All => identity(),
-                SupportDirection::Normal => {
-                    let normal = at.unit_normal();
-                    normal.map(|n| normal.map(|m| n * m))
-                }
-            };
-            for (&a, shape_a) in at.nodes.iter().zip(&at.point.values) {
-                for (&b, shape_b) in at.nodes.iter().zip(&at.point.values) {
-                    let mass = at.weight * shape_a * shape_b;
-                    for (i, row) in projection.iter().enumerate() {
-                        for (k, entry) in row.iter().enumerate().filter(|(_, e)| **e != 0.0) {
-                            *sums.entry((D * a + i, D * b + k)).or_default() += mass * entry;
+        in_dimension!(space.dimension(), |D| {
+            let mut sums: BTreeMap<(usize, usize), f64> = BTreeMap::new();
+            for_each_point::<D>(space, group, |at| {
+                let projection = match direction {
+                    SupportDirection::All => identity(),
+                    SupportDirection::Normal => {
+                        let normal = at.unit_normal();
+                        normal.map(|n| normal.map(|m| n * m))
+                    }
+                };
+                for (&a, shape_a) in at.nodes.iter().zip(&at.point.values) {
+                    for (&b, shape_b) in at.nodes.iter().zip(&at.point.values) {
+                        let mass = at.weight * shape_a * shape_b;
+                        for (i, row) in projection.iter().enumerate() {
+                            for (k, entry) in row.iter().enumerate().filter(|(_, e)| **e != 0.0) {
+                                *sums.entry((D * a + i, D * b + k)).or_default() += mass * entry;
+                            }
                         }
                     }
                 }
-            }
-        })?;
-        let entries = sums.into_iter().map(|((row, column), value)| (row, column, value));
-        Ok(Self { entries: entries.collect() })
+            })?;
+            let entries = sums.into_iter().map(|((row, column), value)| (row, column, value));
+            Ok(Self { entries: entries.collect() })
+        })
     }
 
     /// Creates the matrix of a spring at a point: `v·R u = v(x)·u(x)` or `(v(x)·d) (u(x)·d)`. Here, u(x) is the

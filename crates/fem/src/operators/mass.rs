@@ -31,26 +31,24 @@ impl SymmetricMatrix {
     /// Returns ∫ ∇φ_a · ∇φ_b over all displacement nodes. On straight elements, the integrand has degree at
     /// most 2.
     pub(crate) fn node_gradients(space: &Space) -> Self {
-        in_dimension!(space.dimension(), Self::node_gradients_in(space))
-    }
-
-    fn node_gradients_in<const D: usize>(space: &Space) -> Self {
-        let gradients = |element: usize, lambda: &[f64]| -> Vec<[f64; D]> {
-            let (inverse, _) = space.map_at::<D>(element, lambda);
-            let reference = space.mesh().shape().gradients::<D>(space.degree(), lambda);
-            let physical = reference.iter().map(|gradient| {
-                std::array::from_fn(|j| (0..D).map(|m| gradient[m] * inverse[m][j]).sum())
-            });
-            physical.collect()
-        };
-        Self::assemble(
-            node_pattern(space),
-            space,
-            Space::element_nodes,
-            Rule::Degree2,
-            gradients,
-            |_, w, a, b| w * a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>(),
-        )
+        in_dimension!(space.dimension(), |D| {
+            let gradients = |element: usize, lambda: &[f64]| -> Vec<[f64; D]> {
+                let (inverse, _) = space.map_at::<D>(element, lambda);
+                let reference = space.mesh().shape().gradients::<D>(space.degree(), lambda);
+                let physical = reference.iter().map(|gradient| {
+                    std::array::from_fn(|j| (0..D).map(|m| gradient[m] * inverse[m][j]).sum())
+                });
+                physical.collect()
+            };
+            Self::assemble(
+                node_pattern(space),
+                space,
+                Space::element_nodes,
+                Rule::Degree2,
+                gradients,
+                |_, w, a, b| w * a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>(),
+            )
+        })
     }
 
     /// Returns the matrix ∫ w ψ_k ψ_l of the pressures, with one weight w per element.
@@ -119,22 +117,20 @@ impl SymmetricMatrix {
 
     /// Multiplies the matrix by each component of an interleaved vector, and writes the result to `out`.
     pub(crate) fn apply_interleaved(&self, dimension: usize, x: &[f64], out: &mut [f64]) {
-        in_dimension!(dimension, self.apply_to_components(x, out))
-    }
-
-    fn apply_to_components<const D: usize>(&self, x: &[f64], out: &mut [f64]) {
-        let n = self.pattern.major_dim();
-        assert_eq!((x.len(), out.len()), (D * n, D * n));
-        let (x, out) = (x.as_chunks::<D>().0, out.as_chunks_mut::<D>().0);
-        for (row, out) in out.iter_mut().enumerate() {
-            let mut sum = [0.0; D];
-            for (column, value) in self.row(row) {
-                for (sum, x) in sum.iter_mut().zip(&x[column]) {
-                    *sum += value * x;
+        let n = dimension * self.pattern.major_dim();
+        assert_eq!((x.len(), out.len()), (n, n));
+        in_dimension!(dimension, |D| {
+            let (x, out) = (x.as_chunks::<D>().0, out.as_chunks_mut::<D>().0);
+            for (row, out) in out.iter_mut().enumerate() {
+                let mut sum = [0.0; D];
+                for (column, value) in self.row(row) {
+                    for (sum, x) in sum.iter_mut().zip(&x[column]) {
+                        *sum += value * x;
+                    }
                 }
+                *out = sum;
             }
-            *out = sum;
-        }
+        })
     }
 
     /// Returns the sum of each row. For the pressure mass matrix, this is ∫ ψ_k.

@@ -239,10 +239,7 @@ impl Space {
 
     /// Returns the local measure at a point, which is det ∂x/∂ξ times the reference measure.
     pub(crate) fn measure_at(&self, element: usize, lambda: &[f64]) -> f64 {
-        match self.dimension() {
-            2 => self.map_at::<2>(element, lambda).1,
-            _ => self.map_at::<3>(element, lambda).1,
-        }
+        in_dimension!(self.dimension(), |D| self.map_at::<D>(element, lambda).1)
     }
 
     /// Returns the total area or volume, including curved elements.

@@ -25,48 +25,50 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn area(&self, offset: &[f64], u: &[f64]) -> f64 {
-        in_dimension!(self.boundary.dimension, self.area_in(offset, u))
-    }
-
-    fn area_in<const D: usize>(&self, offset: &[f64], u: &[f64]) -> f64 {
-        let boundary = &self.boundary;
-        let mut pressures = vec![0.0; self.n_points()];
-        self.for_each_touch::<D>(offset, u, |touch| {
-            if touch.depth > TOUCHING * self.smoothing {
-                pressures[touch.index] = touch.potential[1];
-            }
-        });
-        let pressures = pressures.chunks(boundary.points.len());
-        let facets = || boundary.facets.iter().zip(&self.weights).zip(pressures.clone());
-        // Integrals of the linear shape functions of the vertices, and of the pressure times these functions.
-        let mut integrals = vec![[0.0; 2]; boundary.coordinates.len() / D];
-        for ((nodes, weights), pressures) in facets() {
-            for ((point, weight), pressure) in boundary.points.iter().zip(weights).zip(pressures) {
-                for (&vertex, value) in nodes.iter().zip(&point.barycentric) {
-                    let [measure, force] = &mut integrals[vertex];
-                    *measure += weight * value;
-                    *force += weight * value * pressure;
+        in_dimension!(self.boundary.dimension, |D| {
+            let boundary = &self.boundary;
+            let mut pressures = vec![0.0; self.n_points()];
+            self.for_each_touch::<D>(offset, u, |touch| {
+                if touch.depth > TOUCHING * self.smoothing {
+                    pressures[touch.index] = touch.potential[1];
                 }
-            }
-        }
-        let mut area = 0.0;
-        for (((nodes, weights), pressures), modulus) in facets().zip(&self.shear_moduli) {
-            let at_vertices: [f64; D] = std::array::from_fn(|i| {
-                let [measure, force] = integrals[nodes[i]];
-                force / measure
             });
-            let measure: f64 = weights.iter().sum();
-            let size = if D == 2 { measure } else { measure.sqrt() };
-            for ((point, weight), pressure) in boundary.points.iter().zip(weights).zip(pressures) {
-                let mean = dot(&at_vertices, &std::array::from_fn(|i| point.barycentric[i]));
-                let position = boundary.sum::<D>(nodes, &point.values, u);
-                let gap = self.obstacle.gap(position, offset).distance;
-                let is_closed = mean > 0.0 && gap < CLOSED * size * (mean / modulus).min(1.0);
-                if *pressure > 0.0 || is_closed {
-                    area += weight;
+            let pressures = pressures.chunks(boundary.points.len());
+            let facets = || boundary.facets.iter().zip(&self.weights).zip(pressures.clone());
+            // Integrals of the linear shape functions of the vertices, and of the pressure times these functions.
+            let mut integrals = vec![[0.0; 2]; boundary.coordinates.len() / D];
+            for ((nodes, weights), pressures) in facets() {
+                for ((point, weight), pressure) in
+                    boundary.points.iter().zip(weights).zip(pressures)
+                {
+                    for (&vertex, value) in nodes.iter().zip(&point.barycentric) {
+                        let [measure, force] = &mut integrals[vertex];
+                        *measure += weight * value;
+                        *force += weight * value * pressure;
+                    }
                 }
             }
-        }
-        area
+            let mut area = 0.0;
+            for (((nodes, weights), pressures), modulus) in facets().zip(&self.shear_moduli) {
+                let at_vertices: [f64; D] = std::array::from_fn(|i| {
+                    let [measure, force] = integrals[nodes[i]];
+                    force / measure
+                });
+                let measure: f64 = weights.iter().sum();
+                let size = if D == 2 { measure } else { measure.sqrt() };
+                for ((point, weight), pressure) in
+                    boundary.points.iter().zip(weights).zip(pressures)
+                {
+                    let mean = dot(&at_vertices, &std::array::from_fn(|i| point.barycentric[i]));
+                    let position = boundary.sum::<D>(nodes, &point.values, u);
+                    let gap = self.obstacle.gap(position, offset).distance;
+                    let is_closed = mean > 0.0 && gap < CLOSED * size * (mean / modulus).min(1.0);
+                    if *pressure > 0.0 || is_closed {
+                        area += weight;
+                    }
+                }
+            }
+            area
+        })
     }
 }

@@ -27,55 +27,48 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn displacement_under(&self, force: f64, direction: &[f64], u: &[f64]) -> f64 {
-        in_dimension!(self.boundary.dimension, self.displacement_under_in(force, direction, u))
-    }
-
-    fn displacement_under_in<const D: usize>(
-        &self,
-        force: f64,
-        direction: &[f64],
-        u: &[f64],
-    ) -> f64 {
-        let direction: [f64; D] = std::array::from_fn(|i| direction[i]);
-        let touching = self.first_touch(direction, u);
-        if force <= 0.0 || !touching.is_finite() {
-            return if touching.is_finite() { touching } else { f64::NAN };
-        }
-        let excess = |s: f64| {
-            let [along, slope] = self.along(direction, touching + s, u);
-            [along - force, slope]
-        };
-        let (mut low, mut high) = (0.0, self.smoothing);
-        let mut doublings = 0..MAX_ITERATIONS;
-        let falls_short = |[rest, _]: [f64; 2]| rest < 0.0 || rest.is_nan();
-        while falls_short(excess(high)) {
-            (low, high) = (high, 2.0 * high);
-            if doublings.next().is_none() {
-                return f64::NAN;
+        in_dimension!(self.boundary.dimension, |D| {
+            let direction: [f64; D] = std::array::from_fn(|i| direction[i]);
+            let touching = self.first_touch(direction, u);
+            if force <= 0.0 || !touching.is_finite() {
+                return if touching.is_finite() { touching } else { f64::NAN };
             }
-        }
-        // Newton's method from above, with bisection as a safeguard.
-        let mut s = high;
-        for _ in 0..MAX_ITERATIONS {
-            let [rest, slope] = excess(s);
-            if rest.abs() <= CONVERGED * force {
-                break;
-            }
-            match rest > 0.0 {
-                true => high = s,
-                false => low = s,
-            }
-            let newton = s - rest / slope;
-            let next = match low < newton && newton < high {
-                true => newton,
-                false => 0.5 * (low + high),
+            let excess = |s: f64| {
+                let [along, slope] = self.along(direction, touching + s, u);
+                [along - force, slope]
             };
-            if next == s {
-                break;
+            let (mut low, mut high) = (0.0, self.smoothing);
+            let mut doublings = 0..MAX_ITERATIONS;
+            let falls_short = |[rest, _]: [f64; 2]| rest < 0.0 || rest.is_nan();
+            while falls_short(excess(high)) {
+                (low, high) = (high, 2.0 * high);
+                if doublings.next().is_none() {
+                    return f64::NAN;
+                }
             }
-            s = next;
-        }
-        touching + s
+            // Newton's method from above, with bisection as a safeguard.
+            let mut s = high;
+            for _ in 0..MAX_ITERATIONS {
+                let [rest, slope] = excess(s);
+                if rest.abs() <= CONVERGED * force {
+                    break;
+                }
+                match rest > 0.0 {
+                    true => high = s,
+                    false => low = s,
+                }
+                let newton = s - rest / slope;
+                let next = match low < newton && newton < high {
+                    true => newton,
+                    false => 0.5 * (low + high),
+                };
+                if next == s {
+                    break;
+                }
+                s = next;
+            }
+            touching + s
+        })
     }
 
     /// Returns the smallest displacement along `direction` at which the obstacle presses on the body, or infinity
@@ -109,21 +102,19 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn driven_slope(&self, direction: &[f64], s: f64, u: &[f64]) -> DrivenSlope {
-        in_dimension!(self.boundary.dimension, self.driven_slope_in(direction, s, u))
-    }
-
-    fn driven_slope_in<const D: usize>(&self, direction: &[f64], s: f64, u: &[f64]) -> DrivenSlope {
-        let direction: [f64; D] = std::array::from_fn(|i| direction[i]);
-        let mut by_nodes = vec![0.0; u.len()];
-        self.for_each_touch::<D>(&direction.map(|e| s * e), u, |touch| {
-            let slope = touch.slope().map(|row| dot(&row, &direction));
-            for (&node, value) in self.boundary.facets[touch.facet].iter().zip(touch.values) {
-                let factor = touch.weight * value;
-                for (sum, slope) in by_nodes[D * node..].iter_mut().zip(slope) {
-                    *sum += factor * slope;
+        in_dimension!(self.boundary.dimension, |D| {
+            let direction: [f64; D] = std::array::from_fn(|i| direction[i]);
+            let mut by_nodes = vec![0.0; u.len()];
+            self.for_each_touch::<D>(&direction.map(|e| s * e), u, |touch| {
+                let slope = touch.slope().map(|row| dot(&row, &direction));
+                for (&node, value) in self.boundary.facets[touch.facet].iter().zip(touch.values) {
+                    let factor = touch.weight * value;
+                    for (sum, slope) in by_nodes[D * node..].iter_mut().zip(slope) {
+                        *sum += factor * slope;
+                    }
                 }
-            }
-        });
-        DrivenSlope { by_nodes, by_obstacle: self.along(direction, s, u)[1] }
+            });
+            DrivenSlope { by_nodes, by_obstacle: self.along(direction, s, u)[1] }
+        })
     }
 }

@@ -76,24 +76,17 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn add_friction(&self, friction: &Friction, sliding: &Sliding<'_>, total: &mut [f64]) {
-        in_dimension!(self.boundary.dimension, self.add_friction_in(friction, sliding, total))
-    }
-
-    fn add_friction_in<const D: usize>(
-        &self,
-        friction: &Friction,
-        sliding: &Sliding<'_>,
-        total: &mut [f64],
-    ) {
-        self.for_each_slip::<D>(friction, sliding, |slip| {
-            let nodes = &self.boundary.facets[slip.touch.facet];
-            for (&node, value) in nodes.iter().zip(slip.touch.values) {
-                let factor = slip.factor * slip.touch.weight * value;
-                for (total, w) in total[D * node..].iter_mut().zip(slip.tangential) {
-                    *total += factor * w;
+        in_dimension!(self.boundary.dimension, |D| {
+            self.for_each_slip::<D>(friction, sliding, |slip| {
+                let nodes = &self.boundary.facets[slip.touch.facet];
+                for (&node, value) in nodes.iter().zip(slip.touch.values) {
+                    let factor = slip.factor * slip.touch.weight * value;
+                    for (total, w) in total[D * node..].iter_mut().zip(slip.tangential) {
+                        *total += factor * w;
+                    }
                 }
-            }
-        });
+            });
+        })
     }
 
     /// Adds the derivatives of [`add_friction`](Self::add_friction) with respect to the free components of
@@ -111,23 +104,14 @@ impl RigidContact {
         sliding: &Sliding<'_>,
         values: [&mut [f64]; 2],
     ) {
-        in_dimension!(
-            self.boundary.dimension,
-            self.add_friction_slopes_in(friction, sliding, values)
-        )
-    }
-
-    fn add_friction_slopes_in<const D: usize>(
-        &self,
-        friction: &Friction,
-        sliding: &Sliding<'_>,
-        [by_displacement, by_velocity]: [&mut [f64]; 2],
-    ) {
-        self.for_each_slip::<D>(friction, sliding, |slip| {
-            let [by_position, by_slip] = slip.slopes(friction);
-            self.add_block(slip.touch, &by_position, by_displacement);
-            self.add_block(slip.touch, &by_slip, by_velocity);
-        });
+        in_dimension!(self.boundary.dimension, |D| {
+            let [by_displacement, by_velocity] = values;
+            self.for_each_slip::<D>(friction, sliding, |slip| {
+                let [by_position, by_slip] = slip.slopes(friction);
+                self.add_block(slip.touch, &by_position, by_displacement);
+                self.add_block(slip.touch, &by_slip, by_velocity);
+            });
+        })
     }
 
     /// Returns the friction force on the whole boundary and the power that it dissipates.
@@ -135,23 +119,17 @@ impl RigidContact {
     /// # Panics
     /// Panics if an array is too short.
     pub fn friction_sums(&self, friction: &Friction, sliding: &Sliding<'_>) -> FrictionSums {
-        in_dimension!(self.boundary.dimension, self.friction_sums_in(friction, sliding))
-    }
-
-    fn friction_sums_in<const D: usize>(
-        &self,
-        friction: &Friction,
-        sliding: &Sliding<'_>,
-    ) -> FrictionSums {
-        let mut sums = FrictionSums::default();
-        self.for_each_slip::<D>(friction, sliding, |slip| {
-            let factor = slip.touch.weight * slip.factor;
-            for (force, w) in sums.force.iter_mut().zip(slip.tangential) {
-                *force += factor * w;
-            }
-            sums.dissipation += factor * dot(&slip.tangential, &slip.tangential);
-        });
-        sums
+        in_dimension!(self.boundary.dimension, |D| {
+            let mut sums = FrictionSums::default();
+            self.for_each_slip::<D>(friction, sliding, |slip| {
+                let factor = slip.touch.weight * slip.factor;
+                for (force, w) in sums.force.iter_mut().zip(slip.tangential) {
+                    *force += factor * w;
+                }
+                sums.dissipation += factor * dot(&slip.tangential, &slip.tangential);
+            });
+            sums
+        })
     }
 
     fn for_each_slip<const D: usize>(
