@@ -260,9 +260,6 @@ impl Solid {
     }
 
     /// Returns ∇u at a point.
-    ///
-    /// # Panics
-    /// Panics unless `D` is the dimension.
     pub fn gradient_at<const D: usize>(&self, u: &[f64], at: &ElementPoint) -> [[f64; D]; D] {
         let space = self.space();
         let (inverse, _) = space.map_at::<D>(at.element, &at.barycentric);

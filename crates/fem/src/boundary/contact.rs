@@ -41,7 +41,7 @@ const AWAY: f64 = 0.5;
 ///
 /// # Shapes
 /// Forces and displacements have length `n_components`; displacements of the obstacle have one component per
-/// dimension.
+/// dimension. Methods panic if an array is too short.
 ///
 /// # Units
 /// k is in Pa/m; forces are in N (N/m in 2D).
@@ -162,9 +162,6 @@ impl RigidContact {
     /// result is relative to the accepted distance with multipliers, 1e-4 of the facet size, and it is 0 without
     /// contact. Individual points penetrate deeper, because quadratic facets do not follow the shape of the
     /// obstacle at the edge of the contact.
-    ///
-    /// # Panics
-    /// Panics if an array is too short.
     pub fn distance(&self, offset: &[f64], u: &[f64]) -> f64 {
         in_dimension!(self.boundary.dimension, |D| {
             let (mut force, mut force_times_distance) = (0.0, 0.0);
@@ -181,9 +178,6 @@ impl RigidContact {
     }
 
     /// Sets the multipliers to the contact pressures at displacement `u` (Uzawa's method).
-    ///
-    /// # Panics
-    /// Panics if an array is too short.
     pub fn update_multipliers(&mut self, offset: &[f64], u: &[f64]) {
         in_dimension!(self.boundary.dimension, |D| {
             let mut depths = vec![0.0; self.depths.len()];
@@ -265,9 +259,6 @@ impl RigidContact {
 
     /// Adds the rate of the force on the body to `total`. `obstacle` holds the displacement and the velocity of
     /// the obstacle, and `body` holds the displacements and velocities of all nodes.
-    ///
-    /// # Panics
-    /// Panics if an array is too short.
     pub fn add_force_rate(&self, obstacle: [&[f64]; 2], body: [&[f64]; 2], total: &mut [f64]) {
         in_dimension!(self.boundary.dimension, |D| {
             let ([offset, velocity], [u, v]) = (obstacle, body);
@@ -334,9 +325,6 @@ impl RigidContact {
 
     /// Adds `sign` times the force of the obstacle on the body to `total`. The obstacle is displaced by `offset`,
     /// and the body by `u`.
-    ///
-    /// # Panics
-    /// Panics if an array is too short.
     pub fn add_force(&self, offset: &[f64], sign: f64, u: &[f64], total: &mut [f64]) {
         in_dimension!(self.boundary.dimension, |D| {
             self.for_each_touch::<D>(offset, u, |touch| {
@@ -355,9 +343,6 @@ impl RigidContact {
     ///
     /// # Shapes
     /// `values` holds the entries of [`Solid::displacement_pattern`].
-    ///
-    /// # Panics
-    /// Panics if an array is too short.
     pub fn add_stiffness(&self, offset: &[f64], u: &[f64], values: &mut [f64]) {
         in_dimension!(self.boundary.dimension, |D| {
             self.for_each_touch::<D>(offset, u, |touch| {
@@ -391,9 +376,6 @@ impl RigidContact {
     }
 
     /// Returns the sums over the contact at displacement `u`.
-    ///
-    /// # Panics
-    /// Panics if an array is too short.
     pub fn sums(&self, offset: &[f64], u: &[f64]) -> ContactSums {
         in_dimension!(self.boundary.dimension, |D| {
             let mut sums = ContactSums::default();

@@ -1,6 +1,6 @@
 //! Load vectors of boundary tractions and body forces.
 //!
-//! The parameter `D` is the dimension of the space.
+//! As in [space](crate::space), functions panic if the dimension of the space is not the parameter `D`.
 
 use crate::boundary::facet::for_each_point;
 use crate::element::quadrature::Rule;
@@ -20,9 +20,6 @@ use crate::space::{ElementPoint, Space};
 /// # Errors
 /// Returns [`FemError::UnknownGroup`] if the group does not exist, or [`FemError::WrongGroup`] unless it has edges
 /// (2D) or faces (3D).
-///
-/// # Panics
-/// Panics unless `D` is the dimension.
 pub fn traction<const D: usize>(
     space: &Space,
     group: &str,
@@ -36,9 +33,6 @@ pub fn traction<const D: usize>(
 ///
 /// # Errors
 /// Returns the errors of [`traction`].
-///
-/// # Panics
-/// Panics unless `D` is the dimension.
 pub fn facet_traction<const D: usize>(
     space: &Space,
     group: &str,
@@ -77,9 +71,6 @@ pub fn weight<const D: usize>(
 ///
 /// # Shapes
 /// The result has length `n_components`.
-///
-/// # Panics
-/// Panics unless `D` is the dimension.
 pub fn element_body_force<const D: usize>(
     space: &Space,
     force: impl Fn(&ElementPoint, [f64; D]) -> [f64; D],

@@ -65,9 +65,6 @@ impl Mesh {
     /// # Errors
     /// Returns [`FemError::UnknownFacet`] if an edge does not belong to an element, or [`FemError::Defect`] if the
     /// nodes invert an element.
-    ///
-    /// # Panics
-    /// Panics unless `D` is the dimension.
     pub fn with_midside_nodes<const D: usize>(
         mut self,
         midpoints: BTreeMap<[usize; 2], [f64; D]>,

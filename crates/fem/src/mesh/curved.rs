@@ -14,9 +14,6 @@ impl Mesh {
     /// Rejects curved elements whose map has a non-positive determinant at a node or at a point of any quadrature
     /// rule. Returns a note if a determinant, relative to the straight element, is below [`NEARLY_DEGENERATE`].
     /// For straight elements, the measure is checked instead.
-    ///
-    /// # Panics
-    /// Panics unless `D` is the dimension.
     pub(super) fn check_curved<const D: usize>(&self) -> Result<Option<MeshNote>, MeshDefect> {
         let shape = self.shape;
         let rules = [Rule::Degree2, Rule::Degree4, Rule::Degree6];

@@ -259,9 +259,6 @@ impl Mesh {
     }
 
     /// Returns the coordinates of the vertices.
-    ///
-    /// # Panics
-    /// Panics unless `D` is the dimension.
     pub fn points<const D: usize>(&self) -> &[[f64; D]] {
         points(&self.coordinates, self.dimension())
     }

@@ -100,9 +100,6 @@ impl Solid {
     ///
     /// # Shapes
     /// `out` has length `n_components`.
-    ///
-    /// # Panics
-    /// Panics if a length is wrong.
     pub fn added_force(&self, motion: &AddedMotion<'_>, out: &mut [f64]) {
         self.check_motion(motion);
         check_length(self.space.n_components(), Some(out), "added force");
@@ -112,9 +109,6 @@ impl Solid {
     }
 
     /// Writes the force of the active stresses alone to `out`. This force is linear in the tensions.
-    ///
-    /// # Panics
-    /// Panics if a length is wrong.
     pub fn active_force(&self, motion: &AddedMotion<'_>, out: &mut [f64]) {
         self.check_motion(motion);
         check_length(self.space.n_components(), Some(out), "active force");
@@ -138,9 +132,6 @@ impl Solid {
     }
 
     /// Evaluates the requested tangents of [`added_force`](Self::added_force) in one pass.
-    ///
-    /// # Panics
-    /// Panics if a length is wrong.
     pub fn added_tangents(&self, motion: &AddedMotion<'_>, mut out: AddedTangents<'_>) {
         self.check_motion(motion);
         let n = self.displacement_pattern.nnz();

@@ -119,9 +119,6 @@ impl Solid {
     ///
     /// # Units
     /// The result is in J, or in J/m in plane strain.
-    ///
-    /// # Panics
-    /// Panics if a length is wrong.
     pub fn strain_energy(&self, fields: &Fields<'_>) -> f64 {
         self.check_fields(fields);
         let mut product = Vec::new();

@@ -176,7 +176,7 @@ impl VectorPasses for MappedBatches<3, 4, 4> {
 }
 
 /// Solid in 3D, or in plane strain per unit thickness. It consists of a space, constrained components, laws and
-/// densities.
+/// densities. Methods panic if the length of an array is wrong, or if their parameter `D` is not the dimension.
 ///
 /// # Units
 /// SI units: force vectors are in N and masses in kg. In plane strain, they are in N/m and kg/m.

@@ -56,9 +56,6 @@ impl Solid {
     /// second Piola–Kirchhoff overstress in parentheses is known only at the quadrature points. Therefore its
     /// linear least-squares fit in the element is evaluated. The fit is exact for linear functions and zero at
     /// equilibrium.
-    ///
-    /// # Panics
-    /// Panics if a length is wrong.
     pub fn overstress_at(&self, u: &[f64], internal: &[f64], at: &ElementPoint) -> Option<Tensor3> {
         let mesh = self.space.mesh();
         let element = (mesh.dimension(), at.element);
@@ -93,9 +90,6 @@ impl Solid {
     /// # Shapes
     /// `u` and `force` have length `n_components`; `internal` (Q) and `rates` have length
     /// [`n_internal`](Self::n_internal).
-    ///
-    /// # Panics
-    /// Panics if a length is wrong.
     pub fn relaxation_force(
         &self,
         u: &[f64],
@@ -127,9 +121,6 @@ impl Solid {
     ///
     /// # Shapes
     /// `out` has length [`n_slots`](Self::n_slots).
-    ///
-    /// # Panics
-    /// Panics if a length is wrong.
     pub fn driving_stresses(&self, u: &[f64], out: &mut [f64]) {
         check_length(self.n_slots(), Some(out), "stresses");
         self.relax(u, Requested::Stresses { out });
@@ -140,9 +131,6 @@ impl Solid {
     ///
     /// # Shapes
     /// Each entry of `tensors` has length [`n_slots`](Self::n_slots).
-    ///
-    /// # Panics
-    /// Panics if a length is wrong.
     pub fn tensor_forces(&self, u: &[f64], tensors: &[Vec<f64>], forces: &mut [Vec<f64>]) {
         assert_eq!(tensors.len(), forces.len(), "a force for each");
         for (tensors, force) in tensors.iter().zip(&*forces) {
@@ -157,9 +145,6 @@ impl Solid {
     ///
     /// # Shapes
     /// Each entry of `out` has length [`n_slots`](Self::n_slots).
-    ///
-    /// # Panics
-    /// Panics if a length is wrong.
     pub fn driving_stress_rates(&self, u: &[f64], v: &[Vec<f64>], out: &mut [Vec<f64>]) {
         assert_eq!(v.len(), out.len(), "rates for each");
         for (v, out) in v.iter().zip(&*out) {
@@ -174,9 +159,6 @@ impl Solid {
     ///
     /// # Shapes
     /// Values are in the order of the displacement pattern. `material` has one entry per viscoelastic region.
-    ///
-    /// # Panics
-    /// Panics if a length is wrong.
     pub fn relaxation_tangents(
         &self,
         u: &[f64],

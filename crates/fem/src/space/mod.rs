@@ -180,9 +180,6 @@ impl Space {
     }
 
     /// Returns the positions of the nodes: first the vertices, then the midpoints.
-    ///
-    /// # Panics
-    /// Panics unless `D` is the dimension.
     pub fn node_points<const D: usize>(&self) -> &[[f64; D]] {
         points(&self.coordinates, self.dimension())
     }
@@ -217,9 +214,6 @@ impl Space {
 
     /// Returns ∂ξ/∂x at a point, and the local measure, which is the determinant of ∂x/∂ξ at the point times the
     /// reference measure.
-    ///
-    /// # Panics
-    /// Panics unless `D` is the dimension.
     pub(crate) fn map_at<const D: usize>(
         &self,
         element: usize,
@@ -258,9 +252,6 @@ impl Space {
     }
 
     /// Returns the position of a point.
-    ///
-    /// # Panics
-    /// Panics unless `D` is the dimension.
     pub fn position<const D: usize>(&self, at: &ElementPoint) -> [f64; D] {
         self.displacement_at(&self.coordinates, at)
     }
@@ -319,9 +310,6 @@ impl Space {
     /// point is outside the mesh.
     ///
     /// A point on the boundary of several elements (up to rounding) is assigned to the first of these elements.
-    ///
-    /// # Panics
-    /// Panics unless `D` is the dimension.
     pub fn locate<const D: usize>(&self, point: [f64; D]) -> Option<ElementPoint> {
         // Bound on the rounding errors of coordinates, which the inverse map amplifies.
         const TOLERANCE: f64 = 1e-10;
@@ -395,9 +383,6 @@ impl Space {
     }
 
     /// Evaluates a displacement-like field at a point.
-    ///
-    /// # Panics
-    /// Panics unless `D` is the dimension.
     pub fn displacement_at<const D: usize>(&self, u: &[f64], at: &ElementPoint) -> [f64; D] {
         let u = points(u, self.dimension());
         let mut value = [0.0; D];

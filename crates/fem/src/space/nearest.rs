@@ -21,9 +21,6 @@ impl Space {
     /// For each element, negative barycentric coordinates of the given point are set to zero. The nearest of the
     /// resulting points is returned. Its distance is an upper bound on the distance from the mesh. For well-shaped
     /// elements, the two distances have the same order of magnitude.
-    ///
-    /// # Panics
-    /// Panics unless `D` is the dimension.
     pub fn near<const D: usize>(&self, point: [f64; D]) -> Option<Near> {
         let candidate = |element: usize| {
             let lambda = match self.curved[element] {

@@ -21,9 +21,6 @@ impl RigidContact {
     /// Returns the undeformed area in contact, in m² (in 2D: the length, in m). A quadrature point is in contact
     /// if it is pressed, or if its gap is small compared with the limit for the mean pressure around the vertices
     /// of its facet.
-    ///
-    /// # Panics
-    /// Panics if an array is too short.
     pub fn area(&self, offset: &[f64], u: &[f64]) -> f64 {
         in_dimension!(self.boundary.dimension, |D| {
             let boundary = &self.boundary;

@@ -23,9 +23,6 @@ impl RigidContact {
     /// contact force along `direction` is `force`. Returns NaN if the obstacle passes by the body. For a force of
     /// zero, the obstacle only touches the body; with multipliers, it is at the distance at which they begin to
     /// press.
-    ///
-    /// # Panics
-    /// Panics if an array is too short.
     pub fn displacement_under(&self, force: f64, direction: &[f64], u: &[f64]) -> f64 {
         in_dimension!(self.boundary.dimension, |D| {
             let direction: [f64; D] = std::array::from_fn(|i| direction[i]);
@@ -98,9 +95,6 @@ impl RigidContact {
     }
 
     /// Returns the derivatives of the force along the unit vector `direction` at the displacement `s` of the obstacle.
-    ///
-    /// # Panics
-    /// Panics if an array is too short.
     pub fn driven_slope(&self, direction: &[f64], s: f64, u: &[f64]) -> DrivenSlope {
         in_dimension!(self.boundary.dimension, |D| {
             let direction: [f64; D] = std::array::from_fn(|i| direction[i]);

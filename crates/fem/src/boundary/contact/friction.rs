@@ -72,9 +72,6 @@ impl<const D: usize> Slip<'_, D> {
 
 impl RigidContact {
     /// Adds the friction force of the body on the obstacle to `total`.
-    ///
-    /// # Panics
-    /// Panics if an array is too short.
     pub fn add_friction(&self, friction: &Friction, sliding: &Sliding<'_>, total: &mut [f64]) {
         in_dimension!(self.boundary.dimension, |D| {
             self.for_each_slip::<D>(friction, sliding, |slip| {
@@ -95,9 +92,6 @@ impl RigidContact {
     /// # Shapes
     /// Each array of `values` holds the entries of
     /// [`Solid::displacement_pattern`](crate::Solid::displacement_pattern).
-    ///
-    /// # Panics
-    /// Panics if an array is too short.
     pub fn add_friction_slopes(
         &self,
         friction: &Friction,
@@ -115,9 +109,6 @@ impl RigidContact {
     }
 
     /// Returns the friction force on the whole boundary and the power that it dissipates.
-    ///
-    /// # Panics
-    /// Panics if an array is too short.
     pub fn friction_sums(&self, friction: &Friction, sliding: &Sliding<'_>) -> FrictionSums {
         in_dimension!(self.boundary.dimension, |D| {
             let mut sums = FrictionSums::default();
