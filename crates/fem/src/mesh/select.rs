@@ -1,7 +1,7 @@
 //! Selection of groups by position or direction.
 
 use super::facets::{by_vertices, sorted_facets};
-use super::simplices::{Simplices, dot, minus};
+use super::simplices::{Simplices, outward_normal};
 use super::{Group, Mesh};
 
 impl Mesh {
@@ -29,7 +29,9 @@ impl Mesh {
         for facet in by_vertices(&facets) {
             let &[facet] = facet else { continue };
             let vertices = facet.vertices();
-            let normal = outward_normal(&simplices, facet.element, facet.opposite);
+            let mut corners = simplices.corners(facet.element);
+            let inner = corners.remove(facet.opposite);
+            let normal = outward_normal(&corners, inner);
             let points: Vec<&[f64]> = vertices.iter().map(|&v| self.point(v)).collect();
             if is_member(&points, &normal[..dimension]) {
                 members.push(vertices.to_vec());
@@ -44,26 +46,4 @@ impl Mesh {
     fn point(&self, vertex: usize) -> &[f64] {
         &self.coordinates[self.dimension() * vertex..][..self.dimension()]
     }
-}
-
-/// Returns the unit normal of the facet opposite to a vertex of an element, which points away from this vertex.
-fn outward_normal(mesh: &Simplices<'_>, element: usize, opposite: usize) -> [f64; 3] {
-    let corners = mesh.corners(element);
-    let inner = corners[opposite];
-    let others: Vec<_> =
-        (0..corners.len()).filter(|&k| k != opposite).map(|k| corners[k]).collect();
-    let a = minus(others[1], others[0]);
-    let normal = match others.get(2) {
-        None => [a[1], -a[0], 0.0],
-        Some(&third) => {
-            let b = minus(third, others[0]);
-            std::array::from_fn(|i| {
-                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-                a[j] * b[k] - a[k] * b[j]
-            })
-        }
-    };
-    let toward = dot(normal, minus(others[0], inner));
-    let length = dot(normal, normal).sqrt().copysign(toward);
-    normal.map(|x| x / length)
 }

@@ -60,6 +60,22 @@ pub(crate) fn cross(a: Point, b: Point) -> Point {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// Returns a normal of an edge in 2D or of a triangle in 3D. The normal is not normalized.
+pub(super) fn normal(corners: &[Point]) -> Point {
+    match *corners {
+        [a, b] => cross(minus(b, a), [0.0, 0.0, 1.0]),
+        [a, b, c] => cross(minus(b, a), minus(c, a)),
+        _ => unreachable!("a facet of a triangle or of a tetrahedron"),
+    }
+}
+
+/// Returns the unit normal of a facet of an element that points away from the `inner` vertex of this element.
+pub(super) fn outward_normal(corners: &[Point], inner: Point) -> Point {
+    let normal = normal(corners);
+    let length = dot(normal, normal).sqrt().copysign(-dot(normal, minus(inner, corners[0])));
+    normal.map(|n| n / length)
+}
+
 /// Returns the largest distance between two of the points.
 pub(super) fn diameter(points: &[Point]) -> f64 {
     let mut longest = 0.0_f64;

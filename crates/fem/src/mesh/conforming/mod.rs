@@ -7,7 +7,7 @@
 use super::boxes::{BoxTree, Extent};
 use super::defect::{DefectKind, ElementName, MeshDefect};
 use super::facets::{Facet, by_vertices, sorted_facets};
-use super::simplices::{Point, Simplices, cross, diameter, dot, minus};
+use super::simplices::{Point, Simplices, cross, diameter, dot, minus, normal, outward_normal};
 
 /// Largest distance of touching facets, relative to the size of the facets. Files with six digits reproduce
 /// positions within this distance.
@@ -95,14 +95,11 @@ impl<'a> Boundary<'a> {
         let free = |facet: &Facet| {
             let vertices = facet.vertices().to_vec();
             let corners: Vec<Point> = vertices.iter().map(|&v| mesh.point(v)).collect();
-            let inside =
-                minus(mesh.point(mesh.vertices(facet.element)[facet.opposite]), corners[0]);
-            let normal = normal(&corners);
-            let length = dot(normal, normal).sqrt().copysign(-dot(normal, inside));
+            let inner = mesh.point(mesh.vertices(facet.element)[facet.opposite]);
             BoundaryFacet {
                 element: facet.element,
                 size: diameter(&corners),
-                outward: normal.map(|n| n / length),
+                outward: outward_normal(&corners, inner),
                 vertices,
                 corners,
             }
@@ -157,15 +154,6 @@ impl<'a> Boundary<'a> {
 fn smaller_middle(mesh: &Simplices<'_>, pair: [usize; 2]) -> Vec<f64> {
     let sizes = pair.map(|e| diameter(&mesh.corners(e)));
     mesh.middle(mesh.vertices(pair[usize::from(sizes[1] < sizes[0])]))
-}
-
-/// Returns a normal of an edge in 2D or of a triangle in 3D. The normal is not normalized.
-fn normal(corners: &[Point]) -> Point {
-    match *corners {
-        [a, b] => cross(minus(b, a), [0.0, 0.0, 1.0]),
-        [a, b, c] => cross(minus(b, a), minus(c, a)),
-        _ => unreachable!("a facet of a triangle or of a tetrahedron"),
-    }
 }
 
 /// Returns whether two facets touch back to back over a positive area (or length in 2D).
