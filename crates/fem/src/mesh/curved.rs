@@ -24,13 +24,12 @@ impl Mesh {
             samples.iter().map(|lambda| shape.gradients(Degree::Two, lambda)).collect();
         let (mut n_elements, mut worst) = (0, (NEARLY_DEGENERATE, Vec::new()));
         for (element, vertices) in self.elements().enumerate() {
-            let edges = || self.edges_of(vertices);
-            if edges().all(|edge| self.curved_midpoint(edge).is_none()) {
+            if !self.is_curved(vertices) {
                 continue;
             }
             let mut nodes: Vec<[f64; D]> = vertices.iter().map(|&v| self.points()[v]).collect();
             let (_, straight) = inverse_map(&nodes);
-            nodes.extend(edges().map(|edge| self.midpoint::<D>(edge)));
+            nodes.extend(self.edges_of(vertices).map(|edge| self.midpoint::<D>(edge)));
             let ratio =
                 |gradients: &Vec<[f64; D]>| inverse(jacobian(&nodes, gradients)).1 / straight;
             let near = |at: usize| -> Vec<f64> {
@@ -64,7 +63,7 @@ impl Mesh {
     }
 
     /// Returns the position of the midside node of an edge.
-    fn midpoint<const D: usize>(&self, edge: [usize; 2]) -> [f64; D] {
+    pub(super) fn midpoint<const D: usize>(&self, edge: [usize; 2]) -> [f64; D] {
         let [a, b] = edge.map(|v| self.points::<D>()[v]);
         match self.curved_midpoint(edge) {
             Some(position) => std::array::from_fn(|m| position[m]),

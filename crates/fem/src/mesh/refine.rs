@@ -49,13 +49,9 @@ impl Mesh {
         let mut elements = Vec::with_capacity(K * self.n_elements());
         for element in self.elements() {
             let mut nodes = element.to_vec();
-            for edge @ [p, q] in self.edges_of(element) {
+            for edge in self.edges_of(element) {
                 nodes.push(*midpoints.entry(edge).or_insert_with(|| {
-                    let (a, b) = (points[p], points[q]);
-                    points.push(match self.curved_midpoint(edge) {
-                        Some(position) => std::array::from_fn(|m| position[m]),
-                        None => std::array::from_fn(|m| 0.5 * (a[m] + b[m])),
-                    });
+                    points.push(self.midpoint(edge));
                     points.len() - 1
                 }));
             }
@@ -106,7 +102,7 @@ impl Mesh {
     }
 
     /// Returns whether an edge of an element is curved.
-    fn is_curved(&self, element: &[usize]) -> bool {
+    pub(super) fn is_curved(&self, element: &[usize]) -> bool {
         self.edges_of(element).any(|edge| self.curved_midpoint(edge).is_some())
     }
 

@@ -11,6 +11,7 @@ use std::f64::consts::PI;
 pub use muscle::muscle;
 
 use crate::error::FemError;
+use crate::material::Range;
 use crate::mesh::{Group, Mesh};
 
 /// Half the length (m) of the spindle.
@@ -63,16 +64,6 @@ impl Structured {
     }
 }
 
-/// Returns an error unless `value` is positive and finite. A negative size would mirror the mesh, and two negative
-/// sizes would exchange the names of its sides.
-fn positive(name: &'static str, value: f64) -> Result<(), FemError> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    let condition = "positive and finite";
-    Err(FemError::Parameter { name, value, condition })
-}
-
 /// Returns an error unless `n` is a positive multiple of `divisor`.
 fn multiple(
     name: &'static str,
@@ -101,8 +92,9 @@ pub fn rectangle(
     upper_right: [f64; 2],
     cells: [usize; 2],
 ) -> Result<Mesh, FemError> {
-    positive("width", upper_right[0] - lower_left[0])?;
-    positive("height", upper_right[1] - lower_left[1])?;
+    // A negative size would mirror the mesh, and two negative sizes would exchange the names of its sides.
+    Range::Positive.check("width", upper_right[0] - lower_left[0])?;
+    Range::Positive.check("height", upper_right[1] - lower_left[1])?;
     let parts = Structured::new(cells, |s| {
         [0, 1].map(|m| interpolate(lower_left[m], upper_right[m], s[m]))
     });
@@ -123,7 +115,7 @@ pub fn rectangle(
 /// number of cells is zero.
 pub fn block(lower: [f64; 3], upper: [f64; 3], cells: [usize; 3]) -> Result<Mesh, FemError> {
     for (axis, name) in ["length", "width", "height"].into_iter().enumerate() {
-        positive(name, upper[axis] - lower[axis])?;
+        Range::Positive.check(name, upper[axis] - lower[axis])?;
     }
     spatial(cells, |s| [0, 1, 2].map(|m| interpolate(lower[m], upper[m], s[m])))
 }
@@ -194,8 +186,8 @@ pub fn spatial(cells: [usize; 3], map: impl Fn([f64; 3]) -> [f64; 3]) -> Result<
 /// Returns [`FemError::Parameter`] if a length is not positive, and an error of [`Mesh::new`] if the number of
 /// cells is zero.
 pub fn beam(length: f64, height: f64, cells: [usize; 2]) -> Result<Mesh, FemError> {
-    positive("length", length)?;
-    positive("height", height)?;
+    Range::Positive.check("length", length)?;
+    Range::Positive.check("height", height)?;
     cantilever(Structured::new(cells, |[s, t]| [length * s, height * (t - 0.5)]))
 }
 
