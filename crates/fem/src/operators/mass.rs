@@ -4,7 +4,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::element::quadrature::Rule;
 use crate::space::Space;
-use crate::space::sparsity::{entry_index, node_pattern, pressure_pattern};
+use crate::space::sparsity::{Members, entry_index, pattern_of};
 
 /// Symmetric sparse matrix, in which rows and columns are interchangeable.
 #[derive(Debug, Clone)]
@@ -19,9 +19,8 @@ impl SymmetricMatrix {
     pub(crate) fn node_mass(space: &Space, densities: &[f64]) -> Self {
         let shape = space.mesh().shape();
         Self::assemble(
-            node_pattern(space),
             space,
-            Space::element_nodes,
+            (space.n_nodes(), Space::element_nodes),
             Rule::Degree4,
             |_, lambda| shape.values(space.degree(), lambda),
             |element, w, a, b| w * densities[element] * a * b,
@@ -41,9 +40,8 @@ impl SymmetricMatrix {
                 physical.collect()
             };
             Self::assemble(
-                node_pattern(space),
                 space,
-                Space::element_nodes,
+                (space.n_nodes(), Space::element_nodes),
                 Rule::Degree2,
                 gradients,
                 |_, w, a, b| w * a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>(),
@@ -54,9 +52,8 @@ impl SymmetricMatrix {
     /// Returns the matrix ∫ w ψ_k ψ_l of the pressures, with one weight w per element.
     pub(crate) fn pressure_mass(space: &Space, weight: impl Fn(usize) -> f64) -> Self {
         Self::assemble(
-            pressure_pattern(space),
             space,
-            Space::element_pressures,
+            (space.n_pressures(), Space::element_pressures),
             Rule::Degree4,
             |_, lambda| lambda.to_vec(),
             |element, w, a, b| w * weight(element) * a * b,
@@ -65,15 +62,15 @@ impl SymmetricMatrix {
 
     /// Sums `product(element, weight, s_a, s_b)` over elements and quadrature points. The function `shapes` maps
     /// (element, barycentric coordinates) to s_1, s_2, …, which are one value or gradient for each of the
-    /// `members` of the element.
+    /// `n` nodes or pressures that are `members` of the element.
     fn assemble<T>(
-        pattern: SparsityPattern,
         space: &Space,
-        members: impl Fn(&Space, usize) -> &[usize],
+        (n, members): (usize, Members),
         rule: Rule,
         shapes: impl Fn(usize, &[f64]) -> Vec<T>,
         product: impl Fn(usize, f64, &T, &T) -> f64,
     ) -> Self {
+        let pattern = pattern_of(space, n, members);
         // The map of a curved element contributes a determinant of degree 2 or 3.
         let curved = (0..space.n_elements()).any(|element| space.is_curved(element));
         let rule = if curved { Rule::Degree6 } else { rule };

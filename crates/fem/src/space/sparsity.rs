@@ -23,51 +23,35 @@ pub(crate) fn pattern(n_rows: usize, columns: impl Iterator<Item = Vec<usize>>) 
         .expect("rows are sorted, distinct and in range")
 }
 
+/// Nodes or pressures of an element.
+pub(crate) type Members = fn(&Space, usize) -> &[usize];
+
 /// Returns a sorted set of row items for each of `n_columns` column items. The set contains the row items that
 /// share an element with the column item.
-fn neighbors<'a, C, R>(
-    space: &'a Space,
+fn neighbors(
+    space: &Space,
     n_columns: usize,
-    columns: impl Fn(&'a Space, usize) -> C,
-    rows: impl Fn(&'a Space, usize) -> R,
-) -> Vec<BTreeSet<usize>>
-where
-    C: IntoIterator<Item = usize>,
-    R: IntoIterator<Item = usize> + Clone,
-{
+    columns: Members,
+    rows: Members,
+) -> Vec<BTreeSet<usize>> {
     let mut sets = vec![BTreeSet::new(); n_columns];
     for element in 0..space.n_elements() {
-        let members = rows(space, element);
-        for column in columns(space, element) {
-            sets[column].extend(members.clone());
+        for &column in columns(space, element) {
+            sets[column].extend(rows(space, element));
         }
     }
     sets
 }
 
-fn nodes(space: &Space, element: usize) -> std::iter::Copied<std::slice::Iter<'_, usize>> {
-    space.element_nodes(element).iter().copied()
-}
-
-fn pressures(space: &Space, element: usize) -> std::iter::Copied<std::slice::Iter<'_, usize>> {
-    space.element_pressures(element).iter().copied()
-}
-
-/// Returns the n_nodes × n_nodes pattern of nodes that share an element.
-pub(crate) fn node_pattern(space: &Space) -> SparsityPattern {
-    let sets = neighbors(space, space.n_nodes(), nodes, nodes);
-    pattern(space.n_nodes(), sets.into_iter().map(|set| set.into_iter().collect()))
-}
-
-/// Returns the n_pressures × n_pressures pattern of pressures that share an element.
-pub(crate) fn pressure_pattern(space: &Space) -> SparsityPattern {
-    let sets = neighbors(space, space.n_pressures(), pressures, pressures);
-    pattern(space.n_pressures(), sets.into_iter().map(|set| set.into_iter().collect()))
+/// Returns the n × n pattern of items that share an element: of all nodes, or of all pressures.
+pub(crate) fn pattern_of(space: &Space, n: usize, items: Members) -> SparsityPattern {
+    let sets = neighbors(space, n, items, items);
+    pattern(n, sets.into_iter().map(|set| set.into_iter().collect()))
 }
 
 /// Returns the n_free × n_free pattern of components whose nodes share an element.
 pub(crate) fn displacement_pattern(space: &Space, dofs: &DofMap) -> SparsityPattern {
-    let sets = neighbors(space, space.n_nodes(), nodes, nodes);
+    let sets = neighbors(space, space.n_nodes(), Space::element_nodes, Space::element_nodes);
     let dimension = space.dimension();
     let columns = dofs.free_to_full().iter().map(|&full| {
         let components = sets[full / dimension]
@@ -84,7 +68,7 @@ pub(crate) fn displacement_pattern(space: &Space, dofs: &DofMap) -> SparsityPatt
 
 /// Returns the n_pressures × n_free pattern of pressures and components that share an element.
 pub(crate) fn divergence_pattern(space: &Space, dofs: &DofMap) -> SparsityPattern {
-    let sets = neighbors(space, space.n_nodes(), nodes, pressures);
+    let sets = neighbors(space, space.n_nodes(), Space::element_nodes, Space::element_pressures);
     let columns = dofs
         .free_to_full()
         .iter()
