@@ -77,64 +77,46 @@ pub enum Command {
 }
 
 impl Command {
-    /// Returns the common options, which all commands that compute have.
-    fn common(&self) -> Option<&CommonArgs> {
-        Some(match self {
-            Self::Doctor(args) => &args.common,
-            Self::Check(args) => &args.common,
-            Self::Infsup(args) => &args.common,
-            Self::Modes(args) => &args.common,
-            Self::Response(args) => &args.common,
-            Self::Periodic(args) => &args.common,
-            Self::Table1(args) => &args.common,
-            Self::Table2(args) => &args.common,
-            Self::Figure(args) => &args.options.common,
-            Self::Figures(args) => &args.options.common,
-            Self::Run(args) => &args.common,
-            Self::Movie(args) => &args.common,
-            Self::Synchronization(args) => &args.common,
-            Self::Sweep(args) => &args.common,
-            Self::Sensitivity(args) => &args.common,
-            Self::Fit(args) => &args.common,
-            Self::Init(_)
-            | Self::Scenes(_)
-            | Self::Completions(_)
-            | Self::Man(_)
-            | Self::Schema(_) => return None,
-        })
-    }
-
     /// Returns whether the command uses its threads for several runs in parallel.
     fn runs_side_by_side(&self) -> bool {
         matches!(self, Self::Sweep(_) | Self::Table2(_) | Self::Synchronization(_))
     }
 
+    /// Runs a command that computes, with the threads and the memory that its common options grant.
+    fn granted(
+        &self,
+        common: &CommonArgs,
+        run: impl FnOnce() -> anyhow::Result<Exit>,
+    ) -> anyhow::Result<Exit> {
+        common.grant_resources(self.runs_side_by_side())?;
+        run()
+    }
+
     pub fn run(&self) -> anyhow::Result<Exit> {
-        if let Some(common) = self.common() {
-            common.grant_resources(self.runs_side_by_side())?;
-        }
         match self {
-            Self::Doctor(args) => doctor::run(args),
-            Self::Check(args) => check::run(args),
-            Self::Infsup(args) => infsup::run(args),
-            Self::Modes(args) => modes::run(args),
-            Self::Response(args) => response::run(args),
-            Self::Periodic(args) => periodic::run(args),
-            Self::Table1(args) => table1::run(args),
-            Self::Table2(args) => table2::run(args),
-            Self::Figure(args) => figure::run(args),
-            Self::Figures(args) => figure::run_all(args),
+            Self::Doctor(args) => self.granted(&args.common, || doctor::run(args)),
+            Self::Check(args) => self.granted(&args.common, || check::run(args)),
+            Self::Infsup(args) => self.granted(&args.common, || infsup::run(args)),
+            Self::Modes(args) => self.granted(&args.common, || modes::run(args)),
+            Self::Response(args) => self.granted(&args.common, || response::run(args)),
+            Self::Periodic(args) => self.granted(&args.common, || periodic::run(args)),
+            Self::Table1(args) => self.granted(&args.common, || table1::run(args)),
+            Self::Table2(args) => self.granted(&args.common, || table2::run(args)),
+            Self::Figure(args) => self.granted(&args.options.common, || figure::run(args)),
+            Self::Figures(args) => self.granted(&args.options.common, || figure::run_all(args)),
             Self::Init(args) => init::run(args),
             Self::Scenes(args) => scenes::run(args),
-            Self::Run(args) => run::run(args),
+            Self::Run(args) => self.granted(&args.common, || run::run(args)),
             Self::Completions(args) => completions::run(args, Cli::command()),
             Self::Man(args) => man::run(args, Cli::command()),
-            Self::Movie(args) => movie::run(args),
-            Self::Synchronization(args) => synchronization::run(args),
+            Self::Movie(args) => self.granted(&args.common, || movie::run(args)),
+            Self::Synchronization(args) => {
+                self.granted(&args.common, || synchronization::run(args))
+            }
             Self::Schema(args) => schema::run(args),
-            Self::Sweep(args) => sweep::run(args),
-            Self::Sensitivity(args) => sensitivity::run(args),
-            Self::Fit(args) => fit::run(args),
+            Self::Sweep(args) => self.granted(&args.common, || sweep::run(args)),
+            Self::Sensitivity(args) => self.granted(&args.common, || sensitivity::run(args)),
+            Self::Fit(args) => self.granted(&args.common, || fit::run(args)),
         }
     }
 }
