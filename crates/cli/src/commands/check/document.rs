@@ -14,7 +14,7 @@ use super::cost::Cost;
 use super::response::ResponseJson;
 use crate::commands::table1::report_json;
 
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 pub(super) struct Document {
     pub(super) scene: String,
     /// Null for a scene without a mesh.

@@ -18,7 +18,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use self::cost::Cost;
-use self::document::{Document, document};
+use self::document::Document;
 use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::output;
@@ -75,14 +75,19 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
     SceneParameter::all(scene)?;
     rehearse(scene)?;
     let unusual = scene.unusual();
-    let (mut equilibrium, mut quasi_static, mut modes, mut response) = (None, None, None, None);
-    let mut periodic = None;
-    let (text, body) = match (scene.file().analysis, &scene.body) {
+    let mut document = Document {
+        scene: name.to_owned(),
+        size: scene.body.as_ref().map(|body| {
+            document::size(&Size::of(&body.muscle), &body.volumes(scene.file().material.len()))
+        }),
+        ..Document::default()
+    };
+    let text = match (scene.file().analysis, &scene.body) {
         (Analysis::Static, Some(body)) => {
             let mut report = check::check_static(&body.muscle, body.formulation, scene.t_end)?;
             report.findings.extend(unusual);
-            equilibrium = Some(statics::document(&report));
-            (statics::text(scene, body, &report), None)
+            document.equilibrium = Some(statics::document(&report));
+            statics::text(scene, body, &report)
         }
         (Analysis::Dynamic, Some(body)) => {
             let start = {
@@ -96,56 +101,43 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
                 Some(seconds) => Cost::Predicted(seconds),
                 None => Cost::Tried(try_out(scene)?),
             };
-            let text = text(scene, body, &report, &cost);
-            (text, Some(document(scene, body, &report, &cost)))
+            document.body = Some(document::document(scene, body, &report, &cost));
+            text(scene, body, &report, &cost)
         }
-        (Analysis::Dynamic, None) => (
+        (Analysis::Dynamic, None) => {
             "The scene is valid. Rods and chains are ordinary differential equations: index 0, nothing to exclude \
              from the error test.\n"
-                .to_owned(),
-            None,
-        ),
+                .to_owned()
+        }
         (Analysis::Response, Some(body)) => {
-            let (text, document) = response::examine(scene, body)?;
-            response = Some(document);
-            (text + &warnings(&unusual), None)
+            let (text, response) = response::examine(scene, body)?;
+            document.response = Some(response);
+            text + &warnings(&unusual)
         }
         (Analysis::QuasiStatic, Some(body)) => {
             let mut report =
                 check::check_quasi_static(&body.muscle, body.formulation, &body.settings)?;
             report.findings.extend(unusual);
             let cost = Cost::Tried(try_out(scene)?);
-            quasi_static = Some(quasi_static::document(body, &report, &cost));
-            (quasi_static::text(scene, body, &report, &cost), None)
+            document.quasi_static = Some(quasi_static::document(body, &report, &cost));
+            quasi_static::text(scene, body, &report, &cost)
         }
         (analysis, body) => {
-            modes = body.is_some().then(|| json!({ "warnings": document::warnings(&unusual) }));
+            document.modes =
+                body.is_some().then(|| json!({ "warnings": document::warnings(&unusual) }));
             let size = body.as_ref().map(|body| size_of(scene, body));
             let size = size.unwrap_or_default();
             let method = match analysis {
                 Analysis::Periodic => {
                     let trial = try_period(scene)?;
                     let line = cost::of_period(&trial);
-                    periodic = Some(trial);
+                    document.periodic = Some(trial);
                     line
                 }
                 _ => "Nothing is integrated in time: index and error test do not apply.".to_owned(),
             };
-            let text = format!("The scene is valid. {method}\n{size}\n{}", warnings(&unusual));
-            (text, None)
+            format!("The scene is valid. {method}\n{size}\n{}", warnings(&unusual))
         }
-    };
-    let document = Document {
-        scene: name.to_owned(),
-        size: scene.body.as_ref().map(|body| {
-            document::size(&Size::of(&body.muscle), &body.volumes(scene.file().material.len()))
-        }),
-        body,
-        equilibrium,
-        quasi_static,
-        modes,
-        response,
-        periodic,
     };
     Ok((text, document))
 }
