@@ -1,5 +1,7 @@
 //! Figure 4: the finite element mesh and its boundary conditions.
 
+use std::collections::BTreeSet;
+
 use anyhow::Context;
 use myovib_fem::{Mesh, Space};
 use myovib_model::paper::{FIXED_GROUP, LOAD_GROUP};
@@ -74,17 +76,8 @@ fn origin_of(mesh: &Mesh) -> Option<(usize, String)> {
 
 /// Returns the two ends of each edge, and whether the edge is fixed or loaded.
 fn edge_rows(space: &Space, plot: &MeshPlot) -> Vec<Vec<f64>> {
-    let mut edges: Vec<[usize; 2]> = space
-        .mesh()
-        .connectivity()
-        .iter()
-        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
-        .collect();
-    for edge in &mut edges {
-        edge.sort_unstable();
-    }
-    edges.sort_unstable();
-    edges.dedup();
+    let mesh = space.mesh();
+    let edges: BTreeSet<_> = mesh.elements().flat_map(|element| mesh.edges_of(element)).collect();
     let lies_in = |group: &EdgeGroup, [a, b]: [usize; 2]| {
         group.edges.iter().any(|&[p, q, _]| [p.min(q), p.max(q)] == [a, b])
     };
