@@ -3,7 +3,7 @@
 use pulp::{Simd, WithSimd};
 
 use crate::material::Real;
-use crate::operators::constitutive::{Constitutive, Spatial};
+use crate::operators::constitutive::{Constitutive, Spatial, in_space};
 use crate::operators::fields::{Fields, Pressure};
 use crate::simd::batch::{Batches, Part, Point};
 use crate::simd::lanes::Lanes;
@@ -51,25 +51,13 @@ fn element_energies<S: Simd, const D: usize, const N: usize, const P: usize>(
         Pressure::Penalty { kappa } => (None, law.penalty(kappa * part.scale().kappa)),
     };
     let p = part.gather_scalar(p);
-    #[allow(clippy::manual_map)] // closures would be compiled without vector instructions
-    let factors = match fields.factors {
-        Some(factors) => Some(part.gather_factors(factors)),
-        None => None,
-    };
+    let factors = part.gather_factors(fields.factors);
     let mut sum = part.zero();
     for (number, point) in points.iter().enumerate() {
         part.move_to(number);
-        let factor = match &factors {
-            Some(factors) => Some(part.interpolate(factors, point)),
-            None => None,
-        };
+        let factor = part.interpolate_factors(&factors, point);
         let axes = part.axes(number, law.has_fibers());
-        let mut h = [[part.zero(); 3]; 3];
-        for (row, gradient) in h.iter_mut().zip(part.gradient(&u, point)) {
-            for (entry, slope) in row.iter_mut().zip(gradient) {
-                *entry = slope;
-            }
-        }
+        let h = in_space(&part.gradient(&u, point), part.zero());
         let strain = spatial.strain(h, axes, factor);
         let g = strain.volume();
         let volume = g * (0.5 * kappa) - part.interpolate(&p, point);

@@ -4,7 +4,7 @@ use pulp::{Simd, WithSimd};
 
 use crate::material::Real;
 use crate::material::tensor::Volumetric;
-use crate::operators::constitutive::{Constitutive, Spatial};
+use crate::operators::constitutive::{Constitutive, Spatial, in_space};
 use crate::operators::fields::{Fields, Inverted};
 use crate::simd::batch::{Batches, Part, Point};
 use crate::simd::lanes::Lanes;
@@ -53,37 +53,22 @@ fn element_powers<S: Simd, const D: usize, const N: usize, const P: usize>(
     let u = part.gather_vector(Some(fields.u));
     let v = part.gather_vector(fields.v.filter(|_| beta > 0.0));
     let w = part.gather_vector(Some(direction));
-    #[allow(clippy::manual_map)] // closures would be compiled without vector instructions
-    let factors = match fields.factors {
-        Some(factors) => Some(part.gather_factors(factors)),
-        None => None,
-    };
+    let factors = part.gather_factors(fields.factors);
     let zero = part.zero();
     let no_volume = Volumetric { p: zero, p_rate: zero, kappa: 0.0 };
     let mut sum = zero;
     for (number, point) in points.iter().enumerate() {
         part.move_to(number);
         let axes = part.axes(number, law.has_fibers());
-        let mut gradients = [[[zero; 3]; 3]; 2];
-        let requested = if beta > 0.0 { 2 } else { 1 };
-        for (gradient, field) in gradients.iter_mut().zip([&u, &v]).take(requested) {
-            for (row, slopes) in gradient.iter_mut().zip(part.gradient(field, point)) {
-                for (entry, slope) in row.iter_mut().zip(slopes) {
-                    *entry = slope;
-                }
-            }
-        }
-        let [h, h_rate] = gradients;
-        let factor = match &factors {
-            Some(factors) => Some(part.interpolate(factors, point)),
-            None => None,
-        };
+        let h = in_space(&part.gradient(&u, point), zero);
+        let factor = part.interpolate_factors(&factors, point);
         let strain = law.strain(h, axes, factor);
         if law.is_finite() {
             part.expect_not_inverted(point, law.dilation(&strain))?;
         }
         let mut stress = law.stress(&strain, no_volume, None);
         if beta > 0.0 {
+            let h_rate = in_space(&part.gradient(&v, point), zero);
             let rates = law.stress(&strain, no_volume, Some(&h_rate));
             for (row, rates) in stress.iter_mut().zip(rates) {
                 for (entry, rate) in row.iter_mut().zip(rates) {

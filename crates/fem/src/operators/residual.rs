@@ -43,7 +43,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize, const RATES: bool>
             p: part.gather_scalar(p),
             p_rate: part.gather_scalar(fields.p_rate.filter(|_| RATES && moving)),
             mu: part.gather_scalar(fields.mu.filter(|_| RATES && moving)),
-            factors: fields.factors.map(|factors| part.gather_factors(factors)),
+            factors: part.gather_factors(fields.factors),
             kappa,
             moving,
         }
@@ -67,10 +67,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> AtPoint<S, D, C> {
         (number, point): (usize, &Point<D, N, P>),
         local: &Local<S, D, N, P, RATES>,
     ) -> Result<Self, Inverted> {
-        let factor = match &local.factors {
-            Some(factors) => Some(part.interpolate(factors, point)),
-            None => None,
-        };
+        let factor = part.interpolate_factors(&local.factors, point);
         let axes = part.axes(number, law.has_fibers());
         let strain = law.strain(part.gradient(&local.u, point), axes, factor);
         if law.is_finite() {

@@ -87,3 +87,16 @@ pub(crate) trait Constitutive<const D: usize> {
         m: Lanes<S>,
     ) -> Tangent<Lanes<S>, D>;
 }
+
+/// Embeds a tensor in 3D. In 2D, the third row and the third column are zero.
+#[inline(always)]
+pub(crate) fn in_space<S: Simd, const D: usize>(
+    t: &Tensor<Lanes<S>, D>,
+    zero: Lanes<S>,
+) -> Tensor<Lanes<S>, 3> {
+    let mut out = [[zero; 3]; 3];
+    for (out, row) in out.iter_mut().zip(t) {
+        out[..D].copy_from_slice(row);
+    }
+    out
+}

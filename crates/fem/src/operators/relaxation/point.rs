@@ -8,7 +8,7 @@ use super::layout::component_indices;
 use crate::material::tensor::Volumetric;
 use crate::material::three::Axes;
 use crate::material::{Law, Real};
-use crate::operators::constitutive::{Constitutive, Spatial, Tensor};
+use crate::operators::constitutive::{Constitutive, Spatial, Tensor, in_space};
 use crate::simd::batch::{Part, Point};
 use crate::simd::lanes::Lanes;
 
@@ -54,7 +54,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
             return None;
         }
         let law = Spatial::new(law);
-        let h = embed(&self.h, self.inverse_jacobian.like(0.0));
+        let h = in_space(&self.h, self.inverse_jacobian.like(0.0));
         Some(OutOfPlane { law, strain: law.strain(h, self.axes, None) })
     }
 
@@ -172,22 +172,12 @@ impl<S: Simd> OutOfPlane<S> {
     fn stress<const D: usize>(&self, v: Option<&Tensor<Lanes<S>, D>>) -> Lanes<S> {
         let zero = self.law.dilation(&self.strain).like(0.0);
         let v = match v {
-            Some(v) => Some(embed(v, zero)),
+            Some(v) => Some(in_space(v, zero)),
             None => None,
         };
         let pressure = Volumetric::pressure(zero);
         self.law.stress(&self.strain, pressure, v.as_ref())[2][2]
     }
-}
-
-/// Embeds a 2D tensor in 3D.
-#[inline(always)]
-fn embed<S: Simd, const D: usize>(t: &Tensor<Lanes<S>, D>, zero: Lanes<S>) -> Tensor<Lanes<S>, 3> {
-    let mut out = [[zero; 3]; 3];
-    for (out, row) in out.iter_mut().zip(t) {
-        out[..D].copy_from_slice(row);
-    }
-    out
 }
 
 /// Returns F T for F = I + h.

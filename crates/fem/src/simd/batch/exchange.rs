@@ -44,16 +44,17 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         values
     }
 
-    /// Gathers the values of the energy's factors at the vertices.
+    /// Gathers the values of the energy's factors at the vertices, if there are any.
     #[inline(always)]
-    pub(crate) fn gather_factors(&self, factors: &[f64]) -> [Lanes<S>; P] {
+    pub(crate) fn gather_factors(&self, factors: Option<&[f64]>) -> Option<[Lanes<S>; P]> {
+        let factors = factors?;
         let mut values = [self.zero(); P];
         for (vertex, value) in values.iter_mut().enumerate() {
             for (lane, factor) in value.as_mut_slice().iter_mut().enumerate() {
                 *factor = factors[P * self.element(lane) + vertex];
             }
         }
-        values
+        Some(values)
     }
 
     /// Gathers one value per element. Returns `None` if all values are zero.

@@ -136,6 +136,16 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         sum
     }
 
+    /// Interpolates the energy's factors to a quadrature point, if there are any.
+    #[inline(always)]
+    pub(crate) fn interpolate_factors(
+        &self,
+        factors: &Option<[Lanes<S>; P]>,
+        point: &Point<D, N, P>,
+    ) -> Option<Lanes<S>> {
+        Some(self.interpolate(factors.as_ref()?, point))
+    }
+
     #[inline(always)]
     pub(crate) fn fiber(&self, point: usize) -> [Lanes<S>; D] {
         let axes = self.axes(point, true);
