@@ -72,17 +72,14 @@ impl<T: Scalar> Factors<T> {
     }
 
     fn factorize(&mut self, values: &[T]) -> Result<Pivots, SparseError> {
-        let n = self.symbolic.n();
         if let Some((numeric, fresh_growth)) = &mut self.numeric
             && numeric.refactor(values).is_ok()
-            && numeric.rgrowth(values).map_err(|failure| failure.error(n))?
-                >= GROWTH_LOSS * *fresh_growth
+            && numeric.rgrowth(values)? >= GROWTH_LOSS * *fresh_growth
         {
             return Ok(Pivots::Reused);
         }
-        let fresh = RawNumeric::factor(Arc::clone(&self.symbolic.raw), values);
-        let numeric = fresh.map_err(|failure| failure.error(n))?;
-        let growth = numeric.rgrowth(values).map_err(|failure| failure.error(n))?;
+        let numeric = RawNumeric::factor(Arc::clone(&self.symbolic.raw), values)?;
+        let growth = numeric.rgrowth(values)?;
         self.numeric = Some((numeric, growth));
         self.choices += 1;
         Ok(Pivots::Fresh)
@@ -125,7 +122,7 @@ impl<T: Scalar> Factors<T> {
             let what = "right-hand sides (a multiple of the order)";
             return Err(SparseError::WrongLength { what, expected: n, got: rhs.len() });
         }
-        self.current()?.solve(rhs, transposed).map_err(|failure| failure.error(n))
+        self.current()?.solve(rhs, transposed)
     }
 }
 

@@ -26,7 +26,7 @@ impl Symbolic {
         if rows != columns || rows == 0 {
             return Err(SparseError::NotSquare { rows, columns });
         }
-        let raw = RawSymbolic::analyze(pattern, options).map_err(|failure| failure.error(rows))?;
+        let raw = RawSymbolic::analyze(pattern, options)?;
         Ok(Self { raw: Arc::new(raw) })
     }
 

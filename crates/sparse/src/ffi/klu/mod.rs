@@ -47,27 +47,14 @@ impl SparseOptions {
     }
 }
 
-/// State of KLU's control block after a failed call.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Failure {
-    status: i64,
-    /// Column at which the matrix was found to be singular; outside 0..n if unknown.
-    singular_column: i64,
-}
-
-impl Failure {
-    fn of(common: &klu_l_common) -> Self {
-        Self { status: common.status, singular_column: common.singular_col }
+/// Returns the error of a failed call for an `n` × `n` matrix.
+fn error(common: &klu_l_common, n: usize) -> SparseError {
+    if common.status != i64::from(KLU_SINGULAR) {
+        return SparseError::Failed { status: common.status };
     }
-
-    /// Converts the failure of an `n` × `n` matrix to an error.
-    pub(crate) fn error(self, n: usize) -> SparseError {
-        if self.status != i64::from(KLU_SINGULAR) {
-            return SparseError::Failed { status: self.status };
-        }
-        let column = usize::try_from(self.singular_column).ok().filter(|&column| column < n);
-        SparseError::Singular { n, column }
-    }
+    // The column is outside 0..n if it is unknown.
+    let column = usize::try_from(common.singular_col).ok().filter(|&column| column < n);
+    SparseError::Singular { n, column }
 }
 
 /// Returns KLU's control block with its default settings.

@@ -8,7 +8,8 @@ use std::sync::Arc;
 use super::bindings::{KLU_OK, klu_l_common, klu_l_numeric};
 use super::entry::{Diagnose, Entry, Refactor};
 use super::symbolic::RawSymbolic;
-use super::{Failure, default_common};
+use super::{default_common, error};
+use crate::SparseError;
 
 /// Return value of KLU for success.
 const TRUE: i64 = 1;
@@ -32,7 +33,7 @@ impl<T: Entry> RawNumeric<T> {
     ///
     /// # Panics
     /// Panics if the number of values differs from the number of entries of the pattern.
-    pub(crate) fn factor(symbolic: Arc<RawSymbolic>, values: &[T]) -> Result<Self, Failure> {
+    pub(crate) fn factor(symbolic: Arc<RawSymbolic>, values: &[T]) -> Result<Self, SparseError> {
         let doubles = as_doubles(&symbolic, values);
         let mut common = default_common();
         symbolic.options.write_to(&mut common);
@@ -56,7 +57,7 @@ impl<T: Entry> RawNumeric<T> {
             let common = UnsafeCell::new(common);
             return Ok(Self { handle, symbolic, common, entry: PhantomData });
         }
-        let failure = Failure::of(&common);
+        let failure = error(&common, symbolic.n());
         if let Some(handle) = handle {
             let mut handle = handle.as_ptr();
             // SAFETY: the factor function has just returned the handle, and it is freed only here.
@@ -69,7 +70,7 @@ impl<T: Entry> RawNumeric<T> {
     ///
     /// # Panics
     /// Panics if the number of values differs from the number of entries of the pattern.
-    pub(crate) fn refactor(&mut self, values: &[T]) -> Result<(), Failure> {
+    pub(crate) fn refactor(&mut self, values: &[T]) -> Result<(), SparseError> {
         self.with_matrix(T::FUNCTIONS.refactor, values)
     }
 
@@ -77,13 +78,13 @@ impl<T: Entry> RawNumeric<T> {
     ///
     /// # Panics
     /// Panics if the number of values differs from the number of entries of the pattern.
-    pub(crate) fn rgrowth(&self, values: &[T]) -> Result<f64, Failure> {
+    pub(crate) fn rgrowth(&self, values: &[T]) -> Result<f64, SparseError> {
         self.with_matrix(T::FUNCTIONS.rgrowth, values)?;
         Ok(self.common().rgrowth)
     }
 
     /// Returns a cheap estimate of the reciprocal condition number: min |u_kk| / max |u_kk|.
-    pub(crate) fn rcond(&self) -> Result<f64, Failure> {
+    pub(crate) fn rcond(&self) -> Result<f64, SparseError> {
         self.diagnose(T::FUNCTIONS.rcond)?;
         Ok(self.common().rcond)
     }
@@ -99,7 +100,7 @@ impl<T: Entry> RawNumeric<T> {
     ///
     /// # Panics
     /// Panics if the length of `rhs` is not a multiple of the order of the matrix.
-    pub(crate) fn solve(&self, rhs: &mut [T], transposed: bool) -> Result<(), Failure> {
+    pub(crate) fn solve(&self, rhs: &mut [T], transposed: bool) -> Result<(), SparseError> {
         let n = self.symbolic.n();
         assert_eq!(rhs.len() % n, 0, "whole columns");
         let functions = T::FUNCTIONS;
@@ -119,7 +120,7 @@ impl<T: Entry> RawNumeric<T> {
         self.check(ok)
     }
 
-    fn with_matrix(&self, function: Refactor, values: &[T]) -> Result<(), Failure> {
+    fn with_matrix(&self, function: Refactor, values: &[T]) -> Result<(), SparseError> {
         let doubles = as_doubles(&self.symbolic, values);
         // SAFETY: pattern and values match, and the handles belong together. Only refactor writes to the numeric
         // object; it requires &mut self, and no reference into the object exists.
@@ -136,7 +137,7 @@ impl<T: Entry> RawNumeric<T> {
         self.check(ok)
     }
 
-    fn diagnose(&self, function: Diagnose) -> Result<(), Failure> {
+    fn diagnose(&self, function: Diagnose) -> Result<(), SparseError> {
         let (symbolic, numeric) = (self.symbolic.handle.as_ptr(), self.handle.as_ptr());
         // SAFETY: both handles are valid and belong together; the function only reads them.
         let ok = unsafe { function(symbolic, numeric, self.common.get()) };
@@ -148,12 +149,12 @@ impl<T: Entry> RawNumeric<T> {
         unsafe { ptr::read(self.common.get()) }
     }
 
-    fn check(&self, ok: i64) -> Result<(), Failure> {
+    fn check(&self, ok: i64) -> Result<(), SparseError> {
         let common = self.common();
         if ok == TRUE && common.status == i64::from(KLU_OK) {
             Ok(())
         } else {
-            Err(Failure::of(&common))
+            Err(error(&common, self.symbolic.n()))
         }
     }
 }

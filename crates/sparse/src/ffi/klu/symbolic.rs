@@ -6,8 +6,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use super::bindings::{klu_l_analyze, klu_l_free_symbolic, klu_l_symbolic};
-use super::{Failure, default_common};
-use crate::SparseOptions;
+use super::{default_common, error};
+use crate::{SparseError, SparseOptions};
 
 /// Analysis of one pattern, together with the pattern.
 pub(crate) struct RawSymbolic {
@@ -34,7 +34,7 @@ impl RawSymbolic {
     pub(crate) fn analyze(
         pattern: &SparsityPattern,
         options: SparseOptions,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, SparseError> {
         let n = pattern.major_dim();
         assert_eq!(pattern.minor_dim(), n, "a square pattern");
         let column_pointers = widened(pattern.major_offsets());
@@ -51,7 +51,7 @@ impl RawSymbolic {
                 &mut common,
             )
         };
-        let handle = NonNull::new(handle).ok_or_else(|| Failure::of(&common))?;
+        let handle = NonNull::new(handle).ok_or_else(|| error(&common, n))?;
         Ok(Self { handle, column_pointers, row_indices, options, factor_lock: Mutex::new(()) })
     }
 
