@@ -2,7 +2,7 @@
 //!
 //! Integers have 4 bytes; sizes (`size_t`) and floating-point numbers have 8 bytes. All numbers are little-endian.
 
-use std::fmt::Write;
+use std::fmt::{Display, Write};
 
 use super::{ElementType, MshProblem, excerpt};
 
@@ -130,24 +130,15 @@ impl<'a> Bytes<'a> {
         Ok(text)
     }
 
-    /// Copies integers, sizes or floating-point numbers to `text`, separated by blanks.
-    fn ints(&mut self, text: &mut String, count: u64) -> Result<(), MshProblem> {
+    /// Copies numbers to `text`, separated by blanks.
+    fn copy<T: Display>(
+        &mut self,
+        text: &mut String,
+        count: u64,
+        read: impl Fn(&mut Self) -> Result<T, MshProblem>,
+    ) -> Result<(), MshProblem> {
         (0..count).try_for_each(|_| {
-            let _ = write!(text, "{} ", self.int()?);
-            Ok(())
-        })
-    }
-
-    fn sizes(&mut self, text: &mut String, count: u64) -> Result<(), MshProblem> {
-        (0..count).try_for_each(|_| {
-            let _ = write!(text, "{} ", self.size()?);
-            Ok(())
-        })
-    }
-
-    fn doubles(&mut self, text: &mut String, count: u64) -> Result<(), MshProblem> {
-        (0..count).try_for_each(|_| {
-            let _ = write!(text, "{} ", self.double()?);
+            let _ = write!(text, "{} ", read(self)?);
             Ok(())
         })
     }
@@ -156,7 +147,7 @@ impl<'a> Bytes<'a> {
     fn counted_ints(&mut self, text: &mut String) -> Result<(), MshProblem> {
         let count = self.size()?;
         let _ = write!(text, "{count} ");
-        self.ints(text, count)
+        self.copy(text, count, Self::int)
     }
 
     fn entities(&mut self, are_partitioned: bool) -> Result<String, MshProblem> {
@@ -164,12 +155,12 @@ impl<'a> Bytes<'a> {
         let mut text = format!("{} {} {} {}\n", counts[0], counts[1], counts[2], counts[3]);
         for (dimension, count) in (0..).zip(counts) {
             for _ in 0..count {
-                self.ints(&mut text, 1)?;
+                self.copy(&mut text, 1, Self::int)?;
                 if are_partitioned {
-                    self.ints(&mut text, 2)?;
+                    self.copy(&mut text, 2, Self::int)?;
                     self.counted_ints(&mut text)?;
                 }
-                self.doubles(&mut text, if dimension == 0 { 3 } else { 6 })?;
+                self.copy(&mut text, if dimension == 0 { 3 } else { 6 }, Self::double)?;
                 self.counted_ints(&mut text)?;
                 if dimension > 0 {
                     self.counted_ints(&mut text)?;
@@ -184,7 +175,7 @@ impl<'a> Bytes<'a> {
         let (n_partitions, n_ghosts) = (self.size()?, self.size()?);
         let mut text = format!("{n_partitions}\n{n_ghosts}\n");
         for _ in 0..n_ghosts {
-            self.ints(&mut text, 2)?;
+            self.copy(&mut text, 2, Self::int)?;
             text.push('\n');
         }
         Ok(text + &self.entities(true)?)
@@ -194,7 +185,7 @@ impl<'a> Bytes<'a> {
         let mut text = String::new();
         let n_blocks = self.size()?;
         let _ = write!(text, "{n_blocks} ");
-        self.sizes(&mut text, 3)?;
+        self.copy(&mut text, 3, Self::size)?;
         for _ in 0..n_blocks {
             let (dimension, entity, is_parametric) = (self.int()?, self.int()?, self.int()?);
             let count = self.size()?;
@@ -204,7 +195,7 @@ impl<'a> Bytes<'a> {
             }
             let n_parameters = if is_parametric == 0 { 0 } else { dimension.clamp(0, 3) };
             for _ in 0..count {
-                self.doubles(&mut text, 3 + n_parameters as u64)?;
+                self.copy(&mut text, 3 + n_parameters as u64, Self::double)?;
                 text.push('\n');
             }
         }
@@ -215,7 +206,7 @@ impl<'a> Bytes<'a> {
         let mut text = String::new();
         let n_blocks = self.size()?;
         let _ = write!(text, "{n_blocks} ");
-        self.sizes(&mut text, 3)?;
+        self.copy(&mut text, 3, Self::size)?;
         text.push('\n');
         for _ in 0..n_blocks {
             let (dimension, entity, number) = (self.int()?, self.int()?, self.int()?);
@@ -223,7 +214,7 @@ impl<'a> Bytes<'a> {
             let _ = writeln!(text, "{dimension} {entity} {number} {count}");
             let n_nodes = ElementType::find(i64::from(number))?.n_nodes();
             for _ in 0..count {
-                self.sizes(&mut text, 1 + n_nodes)?;
+                self.copy(&mut text, 1 + n_nodes, Self::size)?;
                 text.push('\n');
             }
         }
@@ -235,8 +226,8 @@ impl<'a> Bytes<'a> {
         let count = self.count()?;
         let mut text = format!("{count}\n");
         for _ in 0..count {
-            self.ints(&mut text, 1)?;
-            self.doubles(&mut text, 3)?;
+            self.copy(&mut text, 1, Self::int)?;
+            self.copy(&mut text, 3, Self::double)?;
             text.push('\n');
         }
         Ok(text)
@@ -253,7 +244,7 @@ impl<'a> Bytes<'a> {
             let n_tags = u64::try_from(n_tags).unwrap_or(0);
             for _ in 0..in_block {
                 let _ = write!(text, "{} {number} {n_tags} ", self.int()?);
-                self.ints(&mut text, n_tags + n_nodes)?;
+                self.copy(&mut text, n_tags + n_nodes, Self::int)?;
                 text.push('\n');
             }
             read += u64::try_from(in_block).unwrap_or(0).max(1);
@@ -275,8 +266,8 @@ impl<'a> Bytes<'a> {
         let integer = |index: usize| last.get(index).and_then(|word| word.parse::<u64>().ok());
         let (n_components, n_values) = (integer(1).unwrap_or(0), integer(2).unwrap_or(0));
         for _ in 0..n_values {
-            self.ints(&mut text, 1)?;
-            self.doubles(&mut text, n_components)?;
+            self.copy(&mut text, 1, Self::int)?;
+            self.copy(&mut text, n_components, Self::double)?;
             text.push('\n');
         }
         Ok(text)
