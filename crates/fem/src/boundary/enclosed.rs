@@ -7,7 +7,7 @@ use crate::boundary::deformed::DeformedFacets;
 use crate::boundary::facet::{area_vector, facet_points, outward_facets};
 use crate::element::TRIANGLE;
 use crate::error::FemError;
-use crate::mesh::Group;
+use crate::mesh::{Group, bounds};
 use crate::solid::Solid;
 use crate::space::Space;
 
@@ -177,14 +177,9 @@ impl EnclosedVolume {
     fn rim_size(&self) -> f64 {
         let dimension = self.walls.dimension;
         let nodes = self.rims.iter().flatten().flatten();
-        let extent = |axis: usize| {
-            let places = nodes.clone().map(|node| self.walls.coordinates[dimension * node + axis]);
-            let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-                (low.min(x), high.max(x))
-            });
-            high - low
-        };
-        (0..dimension).map(extent).fold(0.0, f64::max)
+        let places = nodes.map(|node| &self.walls.coordinates[dimension * node..][..dimension]);
+        let [low, high] = bounds(&places.collect::<Vec<_>>().concat(), dimension);
+        high.iter().zip(low).map(|(high, low)| high - low).fold(0.0, f64::max)
     }
 
     /// Returns the volume at displacement `u`, which has length `n_components`. The volume is positive if the body
