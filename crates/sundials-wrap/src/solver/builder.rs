@@ -320,8 +320,7 @@ impl<P: Problem> IdaSolver<P> {
     /// Passes the validated settings to IDAS.
     fn apply(&mut self, options: &IdaOptions) -> Result<(), Error> {
         let suppressed = self.suppressed.clone();
-        let ida = &mut self.ida;
-        let mut set = || {
+        self.call(|ida| {
             ida.set_weight_function()?;
             if options.strict_newton || options.check_within_steps {
                 ida.set_convergence_test()?;
@@ -352,9 +351,7 @@ impl<P: Problem> IdaSolver<P> {
                 ida.set_suppression(true)?;
             }
             Ok(())
-        };
-        let result = set();
-        self.refused(result)
+        })
     }
 
     fn attach_roots(&mut self, directions: &[Direction]) -> Result<(), Error> {
@@ -362,18 +359,19 @@ impl<P: Problem> IdaSolver<P> {
             return Ok(());
         }
         let mut codes: Vec<i32> = directions.iter().map(|&d| direction_code(d)).collect();
-        let result = self.ida.set_roots(&mut codes);
-        self.refused(result)
+        self.call(|ida| ida.set_roots(&mut codes))
     }
 
     fn attach_quadrature(&mut self, quadrature: &Quadrature) -> Result<(), Error> {
         if quadrature.start.is_empty() {
             return Ok(());
         }
-        let mut result = self.ida.init_quadrature(&quadrature.start);
-        if let Some((relative, absolute)) = quadrature.tolerances {
-            result = result.and_then(|()| self.ida.set_quadrature_tolerances(relative, absolute));
-        }
-        self.refused(result)
+        self.call(|ida| {
+            ida.init_quadrature(&quadrature.start)?;
+            let Some((relative, absolute)) = quadrature.tolerances else {
+                return Ok(());
+            };
+            ida.set_quadrature_tolerances(relative, absolute)
+        })
     }
 }

@@ -35,9 +35,7 @@ impl<P: Problem> IdaSolver<P> {
             return Ok(());
         }
         let k = self.order_within_reach(t, derivative, self.ida.last_order())?;
-        let values = self.ida.derivative(t, k);
-        let written = values.map(|values| out.copy_from_slice(values));
-        self.refused(written)
+        self.call(|ida| ida.derivative(t, k).map(|values| out.copy_from_slice(values)))
     }
 
     /// Writes the error weights of the last step to `out`. The weights are the reciprocals of the allowed errors;
@@ -50,9 +48,7 @@ impl<P: Problem> IdaSolver<P> {
     /// Returns [`IntegratorError::WrongLength`] if `out` has the wrong length.
     pub fn error_weights(&mut self, out: &mut [f64]) -> Result<(), Error> {
         expect_length("error weights", self.n, out.len())?;
-        let values = self.ida.error_weights();
-        let written = values.map(|values| out.copy_from_slice(values));
-        self.refused(written)
+        self.call(|ida| ida.error_weights().map(|values| out.copy_from_slice(values)))
     }
 
     /// Writes the estimated local errors of the last attempted step to `out`, or zeros before the
@@ -65,9 +61,7 @@ impl<P: Problem> IdaSolver<P> {
     /// Returns [`IntegratorError::WrongLength`] if `out` has the wrong length.
     pub fn estimated_local_errors(&mut self, out: &mut [f64]) -> Result<(), Error> {
         expect_length("local errors", self.n, out.len())?;
-        let values = self.ida.estimated_local_errors();
-        let written = values.map(|values| out.copy_from_slice(values));
-        self.refused(written)
+        self.call(|ida| ida.estimated_local_errors().map(|values| out.copy_from_slice(values)))
     }
 
     /// Writes the quadratures at [`t`](IdaSolver::t) to `out`.
@@ -97,9 +91,7 @@ impl<P: Problem> IdaSolver<P> {
         // IDAS stores derivatives up to the order of the last step but rejects orders above the order of the next step.
         let order = self.ida.last_order().min(self.ida.current_order());
         let k = self.order_within_reach(t, derivative, order)?;
-        let values = self.ida.quadrature(t, k);
-        let written = values.map(|values| out.copy_from_slice(values));
-        self.refused(written)
+        self.call(|ida| ida.quadrature(t, k).map(|values| out.copy_from_slice(values)))
     }
 
     /// Returns `derivative` in the integer type of IDAS. Fails if `t` is outside the last step or if the order is above

@@ -52,20 +52,17 @@ impl<P: Problem> IdaSolver<P> {
         if self.functions().sensitivities.is_none() {
             return self.correct_state(mode, t_first);
         }
-        let result = self.ida.set_id(&differential(&self.kinds));
-        self.refused(result)?;
+        let id = differential(&self.kinds);
+        self.call(|ida| ida.set_id(&id))?;
         self.functions_mut().failures = Default::default();
         let result = self.ida.correct_initial_values(unknowns, t_first);
-        let restored = match &self.suppressed {
-            Some(id) => self.ida.set_id(id),
-            None => Ok(()),
-        };
+        let id = self.suppressed.clone();
+        let restored = self.call(|ida| id.map_or(Ok(()), |id| ida.set_id(&id)));
         self.resume_panic();
-        self.refused(restored)?;
+        restored?;
         let Err(failed) = result else {
             self.start_from(self.t0, [self.ida.y().to_vec(), self.ida.y_dot().to_vec()]);
-            let consistent = self.ida.consistent_sensitivities();
-            let starts = self.refused(consistent)?;
+            let starts = self.call(|ida| ida.consistent_sensitivities())?;
             if let Some(linearized) = &mut self.functions_mut().sensitivities {
                 linearized.starts = starts;
             }

@@ -126,8 +126,7 @@ impl<P: Problem> IdaSolver<P> {
         self.functions_mut().zeros.direction = direction.signum();
         if self.stop_time_lingers {
             let out_of_reach = f64::MAX.copysign(t_out - self.t);
-            let result = self.ida.set_stop_time(out_of_reach);
-            self.refused(result)?;
+            self.call(|ida| ida.set_stop_time(out_of_reach))?;
             self.stop_time_lingers = false;
         }
         self.set_first_step(t_out)?;
@@ -137,8 +136,7 @@ impl<P: Problem> IdaSolver<P> {
         let mut left = self.max_steps.unwrap_or(usize::MAX);
         let code = loop {
             let steps = left.min(PATIENCE);
-            let result = self.ida.set_max_steps(steps as i64);
-            self.refused(result)?;
+            self.call(|ida| ida.set_max_steps(steps as i64))?;
             let (code, t) = self.ida.solve(t_out, task);
             if t.is_finite() {
                 self.t = t;
@@ -170,8 +168,7 @@ impl<P: Problem> IdaSolver<P> {
                 Ok(Outcome::StopTime { t: self.t })
             }
             sys::IDA_ROOT_RETURN => {
-                let crossings = self.ida.root_info();
-                let mut crossings = self.refused(crossings)?;
+                let mut crossings = self.call(|ida| ida.root_info())?;
                 let t = self.t;
                 self.functions().zeros.keep_arrivals(t, &mut crossings);
                 match crossings.iter().all(|crossing| *crossing == 0) {
@@ -195,8 +192,7 @@ impl<P: Problem> IdaSolver<P> {
         let excluded: Vec<bool> = tested.iter().map(|tested| *tested == 0.0).collect();
         let step = options.first_step_of_index_2(y, y_dot, &excluded, span);
         // With a step of 0, IDAS estimates the step size.
-        let result = self.ida.set_initial_step(step.unwrap_or(0.0));
-        self.refused(result)
+        self.call(|ida| ida.set_initial_step(step.unwrap_or(0.0)))
     }
 
     /// Sets the start of the next step, which is needed for the search within the step. If a call takes several steps,
@@ -217,16 +213,18 @@ impl<P: Problem> IdaSolver<P> {
             }
             Task::OneStep => {
                 let t = self.ida.internal_time();
-                within.write_start(t, |k, out| {
-                    let values = self.ida.derivative(t, k)?;
-                    out.clear();
-                    out.extend_from_slice(values);
-                    Ok(())
+                self.call(|ida| {
+                    within.write_start(t, |k, out| {
+                        let values = ida.derivative(t, k)?;
+                        out.clear();
+                        out.extend_from_slice(values);
+                        Ok(())
+                    })
                 })
             }
         };
         self.functions_mut().within = Some(within);
-        self.refused(found)
+        found
     }
 
     /// Returns whether t does not advance, apart from rounding. IDAS would continue indefinitely.
@@ -373,8 +371,7 @@ impl<P: Problem> IdaSolver<P> {
             return Err(Error::SensitivitiesDue { t: t0, t_start });
         }
         let goes_on = self.ida.counter(Counter::Steps) > 0 && t0 == self.t;
-        let result = self.ida.reinit(t0, y0, y_dot0, q0);
-        self.refused(result)?;
+        self.call(|ida| ida.reinit(t0, y0, y_dot0, q0))?;
         self.forget_backward_runs()?;
         self.functions_mut().linear.forget_rcond();
         self.functions_mut().zeros.clear();
@@ -384,8 +381,7 @@ impl<P: Problem> IdaSolver<P> {
         }
         let starts = self.functions().sensitivities.as_ref();
         let starts = starts.map_or(Vec::new(), |linearized| linearized.starts.clone());
-        let result = self.ida.reinit_sensitivities(&starts);
-        self.refused(result)?;
+        self.call(|ida| ida.reinit_sensitivities(&starts))?;
         if self.stop_time.is_some_and(|stop| stop <= t0) {
             self.stop_time = None;
             self.stop_time_lingers = true;
@@ -426,8 +422,7 @@ impl<P: Problem> IdaSolver<P> {
         if (t - self.t) * direction < 0.0 {
             return Err(IntegratorError::TimeBehind { t_out: t, t: self.t }.into());
         }
-        let result = self.ida.set_stop_time(t);
-        self.refused(result)?;
+        self.call(|ida| ida.set_stop_time(t))?;
         (self.stop_time, self.stop_time_lingers) = (Some(t), false);
         Ok(())
     }
@@ -455,8 +450,12 @@ impl<P: Problem> IdaSolver<P> {
         }
     }
 
-    /// Converts a rejected call to an error with the message of IDAS.
-    fn refused<T>(&mut self, result: Result<T, CallFailed>) -> Result<T, Error> {
+    /// Calls IDAS. Converts a rejected call to an error with the message of IDAS.
+    fn call<T>(
+        &mut self,
+        call: impl FnOnce(&mut Ida<UserFunctions<P>>) -> Result<T, CallFailed>,
+    ) -> Result<T, Error> {
+        let result = call(&mut self.ida);
         result.map_err(|failed| call_error(failed, self.functions_mut().failures.take_message()))
     }
 }

@@ -212,8 +212,7 @@ impl<P: Problem> IdaSolver<P> {
         let mut scales: Vec<f64> = of.parameters.list().iter().map(|p| p.scale).collect();
         let staggered = of.options.method == SensitivityMethod::Staggered;
         let (starts, in_test) = (of.starts.clone(), of.options.in_error_test);
-        let result = self.ida.init_sensitivities(&starts, &mut scales, staggered, in_test);
-        self.refused(result)
+        self.call(|ida| ida.init_sensitivities(&starts, &mut scales, staggered, in_test))
     }
 
     pub(super) fn attach_quadrature_sensitivities(&mut self, tested: bool) -> Result<(), Error> {
@@ -226,8 +225,7 @@ impl<P: Problem> IdaSolver<P> {
             return Err(IntegratorError::NoQuadrature.into());
         };
         let tested = tested && options.in_error_test;
-        let result = self.ida.init_quadrature_sensitivities(tested);
-        self.refused(result)
+        self.call(|ida| ida.init_quadrature_sensitivities(tested))
     }
 
     /// Writes the sensitivity of the quadratures to parameter j at [`t`](IdaSolver::t) to `out`.
@@ -246,10 +244,9 @@ impl<P: Problem> IdaSolver<P> {
             return Err(IntegratorError::NoQuadrature.into());
         }
         expect_length("quadratures", self.n_quadratures(), out.len())?;
-        self.order_within_reach(self.t, 0, self.ida.last_order())?;
-        let values = self.ida.quadrature_sensitivity(j, self.t);
-        let written = values.map(|values| out.copy_from_slice(values));
-        self.refused(written)
+        let t = self.t;
+        self.order_within_reach(t, 0, self.ida.last_order())?;
+        self.call(|ida| ida.quadrature_sensitivity(j, t).map(|values| out.copy_from_slice(values)))
     }
 
     /// Returns the number of parameters.
@@ -294,9 +291,7 @@ impl<P: Problem> IdaSolver<P> {
         }
         let order = self.ida.last_order().min(self.ida.current_order());
         let k = self.order_within_reach(t, derivative, order)?;
-        let values = self.ida.sensitivity(j, t, k);
-        let written = values.map(|values| out.copy_from_slice(values));
-        self.refused(written)
+        self.call(|ida| ida.sensitivity(j, t, k).map(|values| out.copy_from_slice(values)))
     }
 
     /// Returns the counters of the sensitivities; all are zero without sensitivities.

@@ -69,8 +69,7 @@ impl<P: Problem> IdaSolver<P> {
             return Err(Error::NotWithCheckpoints { what: "a check within steps" });
         }
         let hermite = checkpoints.interpolation == Interpolation::Hermite;
-        let result = self.ida.init_adjoint(checkpoints.every, hermite);
-        self.refused(result)?;
+        self.call(|ida| ida.init_adjoint(checkpoints.every, hermite))?;
         self.forward_run = Some(ForwardRun {
             every: checkpoints.every,
             initial_step: options.initial_step.unwrap_or(0.0),
@@ -95,8 +94,8 @@ impl<P: Problem> IdaSolver<P> {
             return Ok(());
         };
         forward_run.left = None;
-        let result = self.ida.set_initial_step(forward_run.initial_step);
-        self.refused(result)
+        let step = forward_run.initial_step;
+        self.call(|ida| ida.set_initial_step(step))
     }
 
     /// Returns the solution at [`t`](IdaSolver::t), with its sensitivities.
@@ -175,8 +174,7 @@ impl<P: Problem> IdaSolver<P> {
             max_steps: options.max_steps,
             max_order: options.max_order,
         };
-        let result = self.ida.add_backward(at.t, start, &settings);
-        self.refused(result)?;
+        self.call(|ida| ida.add_backward(at.t, start, &settings))?;
         self.functions_mut().backward.push(registered);
         let run = BackwardRun {
             t: at.t,
@@ -202,8 +200,7 @@ impl<P: Problem> IdaSolver<P> {
     ) -> Result<(), Error> {
         self.expect_state_of_run(at)?;
         expect_start(self.backward(backward)?.values.len(), start)?;
-        let result = self.ida.restart_backward(backward.0, at.t, start);
-        self.refused(result)?;
+        self.call(|ida| ida.restart_backward(backward.0, at.t, start))?;
         self.functions_mut().backward[backward.0].state = at.clone();
         let run = &mut self.runs_mut()?[backward.0];
         run.t = at.t;
@@ -233,8 +230,8 @@ impl<P: Problem> IdaSolver<P> {
         let result = self.ida.correct_backward(which, t_first, &state.view());
         self.resume_panic();
         result.map_err(|failed| self.inconsistent(failed, t))?;
-        let corrected = self.ida.backward_start(which).map(|start| start.map(<[f64]>::to_vec));
-        let [values, rates] = self.refused(corrected)?;
+        let [values, rates] =
+            self.call(|ida| ida.backward_start(which).map(|start| start.map(<[f64]>::to_vec)))?;
         let run = &mut self.runs_mut()?[which];
         (run.values, run.rates) = (values, rates);
         Ok(())
@@ -266,9 +263,9 @@ impl<P: Problem> IdaSolver<P> {
         let functions = self.functions_mut();
         functions.failures = Default::default();
         functions.repeating = Repeating { most, weights: 0 };
-        let result = self.ida.solve_backward(t_out);
+        let code = self.call(|ida| ida.solve_backward(t_out));
         self.resume_panic();
-        let code = self.refused(result)?;
+        let code = code?;
         if code < 0 {
             return self.gave_up_backward(code, t);
         }
@@ -279,9 +276,8 @@ impl<P: Problem> IdaSolver<P> {
     }
 
     fn take_backward_values(&mut self, which: usize, t: f64) -> Result<(), Error> {
-        let values = self.ida.backward_values(which);
-        let values = values.map(|values| values.map(<[f64]>::to_vec));
-        let [values, rates, quadratures] = self.refused(values)?;
+        let [values, rates, quadratures] =
+            self.call(|ida| Ok(ida.backward_values(which)?.map(<[f64]>::to_vec)))?;
         let statistics = self.backward_statistics(which)?;
         self.runs_mut()?[which] = BackwardRun { t, values, rates, quadratures, statistics };
         Ok(())
@@ -298,8 +294,7 @@ impl<P: Problem> IdaSolver<P> {
             (Counter::LinearSetups, &mut statistics.linear_setups),
             (Counter::JacobianEvaluations, &mut statistics.jacobian_evaluations),
         ] {
-            let count = self.ida.backward_counter(which, counter);
-            *place = self.refused(count)?;
+            *place = self.call(|ida| ida.backward_counter(which, counter))?;
         }
         Ok(statistics)
     }
