@@ -10,7 +10,7 @@ use super::callbacks::UserFunctions;
 use super::{IdaSolver, call_error, codes};
 use crate::error::Error;
 use crate::ffi::call::CallFailed;
-use crate::ffi::ida::{Counter, InitialUnknowns};
+use crate::ffi::ida::Counter;
 use crate::options::differential;
 
 impl<P: Problem> IdaSolver<P> {
@@ -40,22 +40,16 @@ impl<P: Problem> IdaSolver<P> {
         let t = self.t0;
         expect_index(&self.functions().problem, mode)
             .map_err(|source| IntegratorError::Inconsistent { t, source })?;
-        let unknowns = match mode {
-            ConsistencyMode::AlgebraicAndDerivatives => InitialUnknowns::AlgebraicAndDerivatives,
-            ConsistencyMode::States => InitialUnknowns::States,
-            ConsistencyMode::Constraints if self.functions().sensitivities.is_some() => {
-                return Err(Error::SensitivitiesNotCorrected);
-            }
-            ConsistencyMode::Constraints => return self.correct_state(mode, t_first),
-            other => unreachable!("{other:?} is not a mode of this version"),
-        };
         if self.functions().sensitivities.is_none() {
             return self.correct_state(mode, t_first);
+        }
+        if mode == ConsistencyMode::Constraints {
+            return Err(Error::SensitivitiesNotCorrected);
         }
         let id = differential(&self.kinds);
         self.call(|ida| ida.set_id(&id))?;
         self.functions_mut().failures = Default::default();
-        let result = self.ida.correct_initial_values(unknowns, t_first);
+        let result = self.ida.correct_initial_values(mode, t_first);
         let id = self.suppressed.clone();
         let restored = self.call(|ida| id.map_or(Ok(()), |id| ida.set_id(&id)));
         self.resume_panic();

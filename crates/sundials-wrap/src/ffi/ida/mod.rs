@@ -28,6 +28,7 @@ use super::trampoline::{self, Boundary};
 use super::vector::NVector;
 use super::vector_clone::zero_clones_of;
 use crate::options::VectorArithmetic;
+use myovib_dae::ConsistencyMode;
 
 /// Extent of one solve call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,15 +37,6 @@ pub(crate) enum Task {
     OneStep,
     /// Integrates up to the output time.
     Normal,
-}
-
-/// Unknowns in the computation of consistent initial values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum InitialUnknowns {
-    /// Algebraic components of y and differential components of ẏ.
-    AlgebraicAndDerivatives,
-    /// All components of y, for given ẏ.
-    States,
 }
 
 /// IDAS' memory block, freed on drop.
@@ -228,35 +220,11 @@ impl<C: Callbacks> Ida<C> {
 
     /// Frees the integrator and returns the callbacks.
     pub(crate) fn into_callbacks(self) -> C {
-        let Self {
-            memory,
-            linear_solver,
-            nonlinear_solver,
-            sensitivity_solver,
-            _matrix,
-            y,
-            y_dot,
-            scratch,
-            quadrature,
-            sensitivities,
-            adjoint,
-            boundary,
-            context,
-        } = self;
-        drop((
-            memory,
-            linear_solver,
-            nonlinear_solver,
-            sensitivity_solver,
-            _matrix,
-            y,
-            y_dot,
-            scratch,
-            quadrature,
-            sensitivities,
-            adjoint,
-        ));
-        drop(context);
+        let boundary = {
+            let ida = self;
+            // All other fields are dropped at the end of this block, in declaration order.
+            ida.boundary
+        };
         boundary.into_inner().callbacks
     }
 
@@ -283,15 +251,16 @@ impl<C: Callbacks> Ida<C> {
         (code, t)
     }
 
-    /// Calls IDACalcIC and copies the corrected values to y and ẏ.
+    /// Calls IDACalcIC and copies the corrected values to y and ẏ. Corrects all of y or, by default, the algebraic
+    /// components of y and the differential components of ẏ.
     pub(crate) fn correct_initial_values(
         &mut self,
-        unknowns: InitialUnknowns,
+        mode: ConsistencyMode,
         t_first: f64,
     ) -> Result<(), CallFailed> {
-        let option = match unknowns {
-            InitialUnknowns::AlgebraicAndDerivatives => sys::IDA_YA_YDP_INIT,
-            InitialUnknowns::States => sys::IDA_Y_INIT,
+        let option = match mode {
+            ConsistencyMode::States => sys::IDA_Y_INIT,
+            _ => sys::IDA_YA_YDP_INIT,
         };
         // SAFETY: as in `solve`.
         let code = unsafe { sys::IDACalcIC(self.memory.raw(), option, t_first) };
