@@ -15,6 +15,7 @@ use super::super::vector::NVector;
 use super::super::vector_clone::zero_clones_of;
 use super::sensitivity::raw;
 use super::{Counter, Ida};
+use crate::adjoint::BackwardOptions;
 
 /// Objects of one backward problem to which IDAS refers or writes. They are dropped after the memory block (field order
 /// of [`Ida`]).
@@ -27,22 +28,6 @@ pub(super) struct Backward<C> {
     link: Pinned<Link<C>>,
     /// Whether IDAS has accepted all settings of the problem.
     complete: bool,
-}
-
-/// Validated settings of a backward problem.
-pub(crate) struct BackwardSettings {
-    pub(crate) relative: f64,
-    /// One tolerance for each component.
-    pub(crate) absolute: Vec<f64>,
-    /// 1 for a differential component, 0 for an algebraic one.
-    pub(crate) id: Vec<f64>,
-    /// Whether algebraic components are excluded from the error test.
-    pub(crate) suppress: bool,
-    pub(crate) n_quadratures: usize,
-    /// Relative and absolute tolerances of the quadratures in the error test.
-    pub(crate) quadrature_tolerances: Option<(f64, f64)>,
-    pub(crate) max_steps: usize,
-    pub(crate) max_order: usize,
 }
 
 impl<C: Callbacks> Ida<C> {
@@ -71,12 +56,12 @@ impl<C: Callbacks> Ida<C> {
     }
 
     /// Attaches a backward problem that starts at t from the given y and ẏ. Its quadratures start at zero. The forward
-    /// run must have passed t.
+    /// run must have passed t. `id` is 1 for a differential component, 0 for an algebraic one.
     pub(crate) fn add_backward(
         &mut self,
         t: f64,
         start: [&[f64]; 2],
-        settings: &BackwardSettings,
+        (options, id, n_quadratures): (&BackwardOptions, &[f64], usize),
     ) -> Result<(), CallFailed> {
         let which = self.complete_parts("IDACreateB")?.len();
         let context = &self.context;
@@ -84,7 +69,7 @@ impl<C: Callbacks> Ida<C> {
         // IDAInitB clones this vector for all its vectors.
         zero_clones_of(&mut y);
         let y_dot = NVector::from_slice(start[1], context)?;
-        let quadrature = match settings.n_quadratures {
+        let quadrature = match n_quadratures {
             0 => None,
             n => Some(NVector::zeros(n, context)?),
         };
@@ -110,7 +95,7 @@ impl<C: Callbacks> Ida<C> {
         assert_eq!(number as usize, which, "IDAS counts as we do");
         self.backward_parts("IDACreateB")?.push(part);
         self.start_backward(which, t)?;
-        self.attach_backward(which, settings)?;
+        self.attach_backward(which, options, id)?;
         self.backward_parts("IDACreateB")?[which].complete = true;
         Ok(())
     }
@@ -153,15 +138,18 @@ impl<C: Callbacks> Ida<C> {
     fn attach_backward(
         &mut self,
         which: usize,
-        settings: &BackwardSettings,
+        options: &BackwardOptions,
+        id: &[f64],
     ) -> Result<(), CallFailed> {
         let (memory, number) = (self.memory.raw(), which as c_int);
         let data = self.boundary.address().as_ptr().cast::<c_void>();
         let of_its_own = self.backward_memory(which)?;
         // SAFETY: the block was created with this context; the data outlive the block (field order of `Ida`).
         unsafe { messages::redirect_messages::<C>(&self.context, of_its_own, data) }?;
-        let absolute = NVector::from_slice(&settings.absolute, &self.context)?;
-        let id = NVector::from_slice(&settings.id, &self.context)?;
+        let tolerances = &options.tolerances;
+        let absolute: Vec<f64> = (0..id.len()).map(|i| tolerances.absolute(i)).collect();
+        let absolute = NVector::from_slice(&absolute, &self.context)?;
+        let id = NVector::from_slice(id, &self.context)?;
         let with = self.n_parameters() > 0;
         let part = &self.backward_parts("IDASetUserDataB")?[which];
         let link = part.link.address().as_ptr().cast::<c_void>();
@@ -177,18 +165,18 @@ impl<C: Callbacks> Ida<C> {
             let setup: sys::IDALsJacFnB = Some(backward::setup::<C>);
             self.set_b("IDASetJacFnB", sys::IDASetJacFnB, which, setup)?;
         }
-        let relative = settings.relative;
+        let relative = tolerances.relative();
         // SAFETY: the backward problem exists; the vector has its length and is copied.
         let code = unsafe { sys::IDASVtolerancesB(memory, number, relative, absolute.raw()) };
         check("IDASVtolerancesB", code)?;
         self.set_b("IDASetIdB", sys::IDASetIdB, which, id.raw())?;
-        let suppress = c_int::from(settings.suppress);
+        let suppress = c_int::from(options.suppress_algebraic);
         self.set_b("IDASetSuppressAlgB", sys::IDASetSuppressAlgB, which, suppress)?;
-        let steps = settings.max_steps as c_long;
+        let steps = options.max_steps as c_long;
         self.set_b("IDASetMaxNumStepsB", sys::IDASetMaxNumStepsB, which, steps)?;
-        let order = settings.max_order as c_int;
+        let order = options.max_order as c_int;
         self.set_b("IDASetMaxOrdB", sys::IDASetMaxOrdB, which, order)?;
-        if let Some((relative, absolute)) = settings.quadrature_tolerances {
+        if let Some((relative, absolute)) = options.quadrature_tolerances {
             let on = c_int::from(true);
             self.set_b("IDASetQuadErrConB", sys::IDASetQuadErrConB, which, on)?;
             // SAFETY: the backward problem has quadratures; two numbers are stored.

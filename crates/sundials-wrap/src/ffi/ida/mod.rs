@@ -8,7 +8,6 @@ mod counter;
 mod sensitivity;
 mod settings;
 
-pub(crate) use adjoint::BackwardSettings;
 pub(crate) use counter::Counter;
 
 use std::os::raw::{c_int, c_void};

@@ -13,7 +13,7 @@ use crate::adjoint::{
 };
 use crate::error::Error;
 use crate::ffi::call::CallFailed;
-use crate::ffi::ida::{BackwardSettings, Counter};
+use crate::ffi::ida::Counter;
 use crate::options::{IdaOptions, differential, expect_order};
 use myovib_dae::checks::{
     expect, expect_count, expect_finite_value, expect_length, expect_tolerances, expect_vector,
@@ -164,17 +164,8 @@ impl<P: Problem> IdaSolver<P> {
             t: at.t,
             source: error.into(),
         })?;
-        let settings = BackwardSettings {
-            relative: options.tolerances.relative(),
-            absolute: (0..n).map(|i| options.tolerances.absolute(i)).collect(),
-            id: differential(&kinds),
-            suppress: options.suppress_algebraic,
-            n_quadratures,
-            quadrature_tolerances: options.quadrature_tolerances,
-            max_steps: options.max_steps,
-            max_order: options.max_order,
-        };
-        self.call(|ida| ida.add_backward(at.t, start, &settings))?;
+        let id = differential(&kinds);
+        self.call(|ida| ida.add_backward(at.t, start, (options, &id, n_quadratures)))?;
         self.functions_mut().backward.push(registered);
         let run = BackwardRun {
             t: at.t,
