@@ -4,47 +4,25 @@ use sundials_sys as sys;
 
 use myovib_dae::StopReason;
 
-/// Returns the name of a return code in IDAS.
-pub(super) fn name(code: i32) -> &'static str {
-    match code {
-        sys::IDA_SUCCESS => "IDA_SUCCESS",
-        sys::IDA_TSTOP_RETURN => "IDA_TSTOP_RETURN",
-        sys::IDA_ROOT_RETURN => "IDA_ROOT_RETURN",
-        sys::IDA_TOO_MUCH_WORK => "IDA_TOO_MUCH_WORK",
-        sys::IDA_TOO_MUCH_ACC => "IDA_TOO_MUCH_ACC",
-        sys::IDA_ERR_FAIL => "IDA_ERR_FAIL",
-        sys::IDA_CONV_FAIL => "IDA_CONV_FAIL",
-        sys::IDA_LINIT_FAIL => "IDA_LINIT_FAIL",
-        sys::IDA_LSETUP_FAIL => "IDA_LSETUP_FAIL",
-        sys::IDA_LSOLVE_FAIL => "IDA_LSOLVE_FAIL",
-        sys::IDA_RES_FAIL => "IDA_RES_FAIL",
-        sys::IDA_REP_RES_ERR => "IDA_REP_RES_ERR",
-        sys::IDA_RTFUNC_FAIL => "IDA_RTFUNC_FAIL",
-        sys::IDA_CONSTR_FAIL => "IDA_CONSTR_FAIL",
-        sys::IDA_FIRST_RES_FAIL => "IDA_FIRST_RES_FAIL",
-        sys::IDA_LINESEARCH_FAIL => "IDA_LINESEARCH_FAIL",
-        sys::IDA_NO_RECOVERY => "IDA_NO_RECOVERY",
-        sys::IDA_NLS_SETUP_FAIL => "IDA_NLS_SETUP_FAIL",
-        sys::IDA_NLS_FAIL => "IDA_NLS_FAIL",
-        sys::IDA_MEM_NULL => "IDA_MEM_NULL",
-        sys::IDA_MEM_FAIL => "IDA_MEM_FAIL",
-        sys::IDA_ILL_INPUT => "IDA_ILL_INPUT",
-        sys::IDA_BAD_EWT => "IDA_BAD_EWT",
-        sys::IDA_BAD_K => "IDA_BAD_K",
-        sys::IDA_BAD_T => "IDA_BAD_T",
-        sys::IDA_BAD_DKY => "IDA_BAD_DKY",
-        sys::IDA_QRHS_FAIL => "IDA_QRHS_FAIL",
-        sys::IDA_FIRST_QRHS_ERR => "IDA_FIRST_QRHS_ERR",
-        sys::IDA_REP_QRHS_ERR => "IDA_REP_QRHS_ERR",
-        sys::IDA_NO_ADJ => "IDA_NO_ADJ",
-        sys::IDA_NO_FWD => "IDA_NO_FWD",
-        sys::IDA_NO_BCK => "IDA_NO_BCK",
-        sys::IDA_BAD_TB0 => "IDA_BAD_TB0",
-        sys::IDA_REIFWD_FAIL => "IDA_REIFWD_FAIL",
-        sys::IDA_FWD_FAIL => "IDA_FWD_FAIL",
-        sys::IDA_GETY_BADT => "IDA_GETY_BADT",
-        _ => "unknown code of IDAS",
-    }
+/// Defines a function that returns the name of a return code.
+macro_rules! names {
+    ($($name:ident)+) => {
+        /// Returns the name of a return code in IDAS.
+        pub(super) fn name(code: i32) -> &'static str {
+            match code {
+                $(sys::$name => stringify!($name),)+
+                _ => "unknown code of IDAS",
+            }
+        }
+    };
+}
+
+names! {
+    IDA_SUCCESS IDA_TSTOP_RETURN IDA_ROOT_RETURN IDA_TOO_MUCH_WORK IDA_TOO_MUCH_ACC IDA_ERR_FAIL IDA_CONV_FAIL
+    IDA_LINIT_FAIL IDA_LSETUP_FAIL IDA_LSOLVE_FAIL IDA_RES_FAIL IDA_REP_RES_ERR IDA_RTFUNC_FAIL IDA_CONSTR_FAIL
+    IDA_FIRST_RES_FAIL IDA_LINESEARCH_FAIL IDA_NO_RECOVERY IDA_NLS_SETUP_FAIL IDA_NLS_FAIL IDA_MEM_NULL
+    IDA_MEM_FAIL IDA_ILL_INPUT IDA_BAD_EWT IDA_BAD_K IDA_BAD_T IDA_BAD_DKY IDA_QRHS_FAIL IDA_FIRST_QRHS_ERR
+    IDA_REP_QRHS_ERR IDA_NO_ADJ IDA_NO_FWD IDA_NO_BCK IDA_BAD_TB0 IDA_REIFWD_FAIL IDA_FWD_FAIL IDA_GETY_BADT
 }
 
 /// Returns the reason why a solve call failed, or `None` if the call was rejected.
