@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use myovib_dae::{Problem, StepError, VariableKind};
+use myovib_dae::{Problem, StepError, VariableKind, full_pattern};
 use nalgebra_sparse::pattern::SparsityPattern;
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
@@ -103,7 +103,7 @@ impl Problem for PythonDae {
     }
 
     fn jacobian_pattern(&self) -> SparsityPattern {
-        self.pattern.clone().unwrap_or_else(|| full(self.n))
+        self.pattern.clone().unwrap_or_else(|| full_pattern(self.n))
     }
 
     fn jacobian(
@@ -155,14 +155,6 @@ impl Problem for PythonDae {
     fn indices(&self) -> Option<Vec<u8>> {
         self.indices.clone()
     }
-}
-
-/// Returns the pattern of a full matrix.
-fn full(n: usize) -> SparsityPattern {
-    let offsets = (0..=n).map(|column| column * n).collect();
-    let rows = (0..n * n).map(|entry| entry % n).collect();
-    SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows)
-        .expect("the columns of a full matrix are sorted and complete")
 }
 
 /// Evaluates the event functions.

@@ -58,7 +58,7 @@ pub use num_complex::Complex64;
 pub use outcome::{Outcome, Stop, WorstComponent};
 pub use parameters::{Differenced, Parameter, Parameters};
 pub use pattern::{MissingEntry, check_pattern};
-pub use problem::{Problem, StepError, VariableKind};
+pub use problem::{Problem, StepError, VariableKind, full_pattern};
 pub use projection::project_onto_constraints;
 pub use remedy::Remedy;
 pub use start::{InconsistentStart, check_start};

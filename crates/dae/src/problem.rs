@@ -168,7 +168,7 @@ impl<P: Problem + ?Sized> Problem for Box<P> {
 }
 
 /// Returns the pattern of a full n × n matrix.
-pub(crate) fn full_pattern(n: usize) -> SparsityPattern {
+pub fn full_pattern(n: usize) -> SparsityPattern {
     let offsets = (0..=n).map(|j| j * n).collect();
     let indices = (0..n * n).map(|k| k % n).collect();
     SparsityPattern::try_from_offsets_and_indices(n, n, offsets, indices)

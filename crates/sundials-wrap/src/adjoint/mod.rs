@@ -34,7 +34,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 pub use transposed::AdjointProblem;
 
-use myovib_dae::{Problem, Statistics, StepError, Tolerances};
+use myovib_dae::{Problem, Statistics, StepError, Tolerances, full_pattern};
 
 /// Storage of the solution for backward problems.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -99,11 +99,7 @@ pub trait BackwardProblem<P> {
 
     /// Returns the compressed-column pattern of a ∂R/∂λ + b ∂R/∂λ̇. The default is a full matrix.
     fn jacobian_pattern(&self) -> SparsityPattern {
-        let n = self.n_unknowns();
-        let offsets = (0..=n).map(|column| column * n).collect();
-        let rows = (0..n * n).map(|entry| entry % n).collect();
-        SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows)
-            .expect("columns of ascending rows")
+        full_pattern(self.n_unknowns())
     }
 
     /// Evaluates a ∂R/∂λ + b ∂R/∂λ̇ and writes it to `entries`, in the order of the pattern. By default, the Jacobian
