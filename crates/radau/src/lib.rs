@@ -51,7 +51,6 @@ mod dense;
 mod error;
 mod error_test;
 mod failure;
-mod integrator;
 mod internal_variables;
 mod interpolation;
 mod matrices;

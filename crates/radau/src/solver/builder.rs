@@ -46,13 +46,7 @@ type Eliminate<P> =
 impl<P: Problem> RadauSolver<P> {
     /// Creates a builder of a solver for `problem`.
     pub fn builder(problem: P) -> RadauBuilder<P> {
-        RadauBuilder::new(problem)
-    }
-}
-
-impl<P: Problem> RadauBuilder<P> {
-    fn new(problem: P) -> Self {
-        Self {
+        RadauBuilder {
             problem,
             options: RadauOptions::default(),
             weights: None,
@@ -61,7 +55,9 @@ impl<P: Problem> RadauBuilder<P> {
             internal: None,
         }
     }
+}
 
+impl<P: Problem> RadauBuilder<P> {
     /// Sets all options.
     #[must_use]
     pub fn options(mut self, options: RadauOptions) -> Self {

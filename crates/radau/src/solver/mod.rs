@@ -19,7 +19,14 @@ mod state;
 mod stepping;
 mod verification;
 
+use myovib_dae::{LinearSolver, Problem, integrator_by_own_methods};
+
+use crate::error::RadauError;
 pub use builder::RadauBuilder;
 pub(crate) use last_step::AcceptedStep;
 pub use saved::RadauState;
 pub use state::RadauSolver;
+
+integrator_by_own_methods!(
+    [P: Problem, M: LinearSolver<P>] RadauSolver<P, M>, P, RadauError, reinit_with
+);

@@ -1,7 +1,5 @@
 //! Creation of a solver from a problem and settings.
 
-use nalgebra_sparse::pattern::SparsityPattern;
-
 use crate::adjoint::Checkpoints;
 use crate::error::Error;
 use crate::ffi::ida::Ida;
@@ -11,7 +9,7 @@ use myovib_dae::checks::{
 };
 use myovib_dae::{
     Direction, IntegratorError, Jacobian, LinearSolver, Parameters, Problem, StepError, Suppressed,
-    Tolerances, VariableKind, kinds_at,
+    Tolerances, kinds_at,
 };
 
 use super::IdaSolver;
@@ -71,9 +69,10 @@ pub(super) fn validate_quadrature_tolerances(
     expect(both, 0.0, relative + absolute > 0.0, "not both zero")
 }
 
-impl<P: Problem> IdaBuilder<P> {
-    pub(super) fn new(problem: P) -> Self {
-        Self {
+impl<P: Problem> IdaSolver<P> {
+    /// Creates a builder of a solver for `problem`.
+    pub fn builder(problem: P) -> IdaBuilder<P> {
+        IdaBuilder {
             problem,
             options: IdaOptions::default(),
             weights: None,
@@ -87,7 +86,9 @@ impl<P: Problem> IdaBuilder<P> {
             checkpoints: None,
         }
     }
+}
 
+impl<P: Problem> IdaBuilder<P> {
     /// Sets all settings given by plain values.
     #[must_use]
     pub fn options(mut self, options: IdaOptions) -> Self {
@@ -204,8 +205,14 @@ impl<P: Problem> IdaBuilder<P> {
         let n = self.problem.n_unknowns();
         let jacobian = Jacobian::of(&self.problem);
         expect_state(n, t0, y0, y_dot0)?;
-        let kinds = kinds(&mut self.problem, t0, [y0, y_dot0])?;
-        expect_shapes(n, &kinds, jacobian.pattern())?;
+        let kinds = kinds_at(&mut self.problem, t0, y0, y_dot0).map_err(|error| {
+            Error::Callback { function: "Jacobian", t: t0, source: error.into() }
+        })?;
+        expect_length("kinds", n, kinds.len())?;
+        expect_square(n, jacobian.pattern())?;
+        if jacobian.pattern().nnz() == 0 {
+            return Err(Error::Empty { n_unknowns: n, n_entries: 0 });
+        }
         self.options.validate(n)?;
         self.quadrature.validate()?;
         let indices = self.problem.indices();
@@ -290,29 +297,6 @@ impl<P: Problem> IdaBuilder<P> {
         }
         solver.start_from(t0, [y0.to_vec(), y_dot0.to_vec()]);
         Ok(solver)
-    }
-}
-
-/// Returns the kinds of the variables at the initial values.
-fn kinds<P: Problem>(
-    problem: &mut P,
-    t: f64,
-    [y, y_dot]: [&[f64]; 2],
-) -> Result<Vec<VariableKind>, Error> {
-    kinds_at(problem, t, y, y_dot).map_err(|error| Error::Callback {
-        function: "Jacobian",
-        t,
-        source: error.into(),
-    })
-}
-
-/// Checks that the parts of the problem have the stated sizes, and that the problem is not empty.
-fn expect_shapes(n: usize, kinds: &[VariableKind], pattern: &SparsityPattern) -> Result<(), Error> {
-    expect_length("kinds", n, kinds.len())?;
-    expect_square(n, pattern)?;
-    match pattern.nnz() {
-        0 => Err(Error::Empty { n_unknowns: n, n_entries: 0 }),
-        _ => Ok(()),
     }
 }
 

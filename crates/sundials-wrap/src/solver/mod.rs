@@ -6,7 +6,6 @@ mod callbacks;
 mod codes;
 mod dense;
 mod initial_values;
-mod integrator;
 mod linear;
 mod newton;
 mod registered;
@@ -25,7 +24,7 @@ use crate::ffi::ida::{Counter, Ida, Task};
 use myovib_dae::checks::{expect, expect_finite_value, expect_state, expect_vector};
 use myovib_dae::{
     InconsistentStart, IntegratorError, Linearization, Outcome, Problem, Stop, StopReason,
-    VariableKind, WorstComponent, check_start,
+    VariableKind, WorstComponent, check_start, integrator_by_own_methods,
 };
 
 use crate::options::IdaOptions;
@@ -81,11 +80,6 @@ pub struct IdaSolver<P: Problem> {
 }
 
 impl<P: Problem> IdaSolver<P> {
-    /// Creates a builder of a solver for `problem`.
-    pub fn builder(problem: P) -> IdaBuilder<P> {
-        IdaBuilder::new(problem)
-    }
-
     /// Takes one step toward `t_out`; IDAS determines the step size.
     ///
     /// `t_out` determines the direction of integration. At the first step, it also provides the time scale for the
@@ -459,6 +453,8 @@ impl<P: Problem> IdaSolver<P> {
         result.map_err(|failed| call_error(failed, self.functions_mut().failures.take_message()))
     }
 }
+
+integrator_by_own_methods!([P: Problem] IdaSolver<P>, P, Error, reinit);
 
 fn call_error(failed: CallFailed, message: String) -> Error {
     let CallFailed { call, code } = failed;
