@@ -421,17 +421,14 @@ pub(crate) fn evaluate<P: Problem>(
     counters.statistics.residual_evaluations += 1;
     problem
         .residual(t, y, y_dot, residual)
-        .and_then(|()| expect_finite(t, residual))
+        .and_then(|()| expect_finite("residual", t, residual))
         .map_err(Operation::Residual.failed())
 }
 
-fn expect_finite(t: f64, residual: &[f64]) -> Result<(), StepError> {
-    match residual.iter().position(|r| !r.is_finite()) {
+/// Returns a recoverable error if one of the `values` of a function is not finite.
+pub(crate) fn expect_finite(name: &str, t: f64, values: &[f64]) -> Result<(), StepError> {
+    match values.iter().position(|value| !value.is_finite()) {
         None => Ok(()),
-        Some(i) => {
-            let value = residual[i];
-            let message = format!("residual[{i}] = {value} at t = {t}");
-            Err(StepError::Recoverable(message))
-        }
+        Some(i) => Err(StepError::Recoverable(format!("{name}[{i}] = {} at t = {t}", values[i]))),
     }
 }

@@ -3,14 +3,14 @@
 use std::fmt;
 
 use myovib_dae::checks::expect_vector;
-use myovib_dae::{IntegratorError, Problem, StepError};
+use myovib_dae::{IntegratorError, Problem};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use crate::dense::{Collocation, add_scaled};
 use crate::failure::{Failure, Operation};
 use crate::method::Method;
-use crate::newton::Step;
+use crate::newton::{Step, expect_finite};
 use crate::roots::RootFunctions;
 use crate::work::Counters;
 
@@ -99,7 +99,7 @@ impl<P: Problem> Quadrature<P> {
             counters.statistics.quadrature_evaluations += 1;
             let t = step.t + c * step.h;
             (self.rates)(problem, t, &self.y, &self.y_dot, rates)
-                .and_then(|()| expect_finite(rates, t))
+                .and_then(|()| expect_finite("quadrature", t, rates))
                 .map_err(Operation::Quadrature.failed())?;
         }
         Ok(())
@@ -163,14 +163,5 @@ impl QuadratureState {
         expect_vector(WHAT, self.len(), &self.q)?;
         expect_vector(WHAT, self.len(), &self.rate)?;
         self.last.validate(WHAT, self.len(), stages)
-    }
-}
-
-fn expect_finite(rates: &[f64], t: f64) -> Result<(), StepError> {
-    match rates.iter().position(|rate| !rate.is_finite()) {
-        None => Ok(()),
-        Some(i) => {
-            Err(StepError::Recoverable(format!("quadrature[{i}] = {} at t = {t}", rates[i])))
-        }
     }
 }

@@ -6,6 +6,7 @@ use myovib_dae::{Direction, Problem, StepError};
 
 use crate::dense::Collocation;
 use crate::method::Method;
+use crate::newton::expect_finite;
 use crate::work::Counters;
 
 /// Root functions, which write g(t, y, ẏ) to the last argument.
@@ -213,13 +214,7 @@ impl<P: Problem> Roots<P> {
         step.collocation.evaluate(step.method, t, 1, &mut self.y_dot);
         counters.statistics.root_evaluations += 1;
         (self.functions)(problem, t, &self.y, &self.y_dot, &mut self.high)?;
-        match self.high.iter().position(|g| !g.is_finite()) {
-            None => Ok(()),
-            Some(i) => Err(StepError::Recoverable(format!(
-                "root function[{i}] = {} at t = {t}",
-                self.high[i]
-            ))),
-        }
+        expect_finite("root function", t, &self.high)
     }
 
     /// Continues the search from `t`, where the value of g is `high`.
