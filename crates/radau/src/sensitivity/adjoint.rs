@@ -3,7 +3,6 @@
 use myovib_dae::{LinearSolver, Linearization, Parameters, Problem, StepError};
 
 use super::cotangents::Cotangents;
-use super::forward::spread;
 use super::krylov::{Krylov, norm};
 use super::operator::{Stage, StageOperator};
 use super::recording::Recording;
@@ -233,22 +232,24 @@ impl<Q> Adjoint<Q> {
     {
         let AcceptedStep { problem, matrices, method, options, weights, collocation, .. } = step;
         let (n, h) = (collocation.y0.len(), collocation.h);
-        weights.write_at(problem, options, &collocation.y0, h, &mut self.weights[..n])?;
+        let y0 = &collocation.y0[..];
+        weights
+            .write_at(problem, options, y0, h, &mut self.weights[..n])
+            .map_err(|failure| (0, failure))?;
         let own = &self.weights[..n];
         let old = self.factors.take().filter(|factors| factors.serve(h));
         if old.is_none() {
-            set_up(problem, matrices, method, &collocation, own).map_err(SweepFailure::Failed)?;
+            set_up(problem, matrices, method, &collocation, own)?;
             self.work.factorizations += 1;
         }
-        self.operator
-            .linearize((problem, &mut self.parameters), method, &collocation, own, true)
-            .map_err(SweepFailure::Failed)?;
+        let functions = (&mut *problem, &mut self.parameters);
+        self.operator.linearize(functions, method, &collocation, own, true)?;
         self.work.jacobian_evaluations += method.stages() as u64;
         // z̄ · z has the units of J. The residual of z̄ is weighted by the tolerances of z. The powers of 1/h by which
         // the integration increases the tolerances of velocities and multipliers are not included.
-        spread(&mut self.weights, n, |first| {
-            weights.write_at(problem, options, &collocation.y0, 1.0, first)
-        })?;
+        let (first, others) = self.weights.split_at_mut(n);
+        weights.write_at(problem, options, y0, 1.0, first).map_err(|failure| (0, failure))?;
+        others.chunks_exact_mut(n).for_each(|w| w.copy_from_slice(first));
         self.weights.iter_mut().for_each(|w| *w = 1.0 / *w);
         let tolerance = self.tolerance * norm(&self.residual, &self.weights);
         self.adjoint.fill(0.0);
@@ -256,9 +257,7 @@ impl<Q> Adjoint<Q> {
             (&mut self.operator, &mut self.system, &mut self.counters);
         let (image, parameters) = (&mut self.image, &mut self.parameters);
         let apply = |v: &mut [f64]| -> Result<(), SweepFailure> {
-            system
-                .solve_transposed(problem, matrices, method, v, counters)
-                .map_err(SweepFailure::Failed)?;
+            system.solve_transposed(problem, matrices, method, v, counters)?;
             image.fill(0.0);
             operator.subtract_transposed(parameters, method, v, image);
             v.iter_mut().zip(&*image).for_each(|(v, w)| *v = -w);
@@ -266,9 +265,7 @@ impl<Q> Adjoint<Q> {
         };
         let (adjoint, residual) = (&mut self.adjoint, &mut self.residual);
         self.krylov.solve(adjoint, residual, &self.weights, tolerance, apply)?;
-        self.system
-            .solve_transposed(problem, matrices, method, adjoint, counters)
-            .map_err(SweepFailure::Failed)?;
+        self.system.solve_transposed(problem, matrices, method, adjoint, counters)?;
         let directions = self.krylov.directions();
         let mut factors = old.unwrap_or_else(|| ReusedFactors::new(h, None));
         factors.note(directions);
@@ -276,9 +273,8 @@ impl<Q> Adjoint<Q> {
         self.operator.subtract_transposed_from_start(&mut self.parameters, adjoint, &mut carried.y);
         for (stage, adjoint) in self.operator.stages.iter().zip(adjoint.chunks_exact(n)) {
             let state = [&stage.y[..], &stage.y_dot];
-            self.parameters
-                .add_products(problem, stage.t, state, adjoint, &mut carried.products)
-                .map_err(SweepFailure::Failed)?;
+            let products = &mut carried.products;
+            self.parameters.add_products(problem, stage.t, state, adjoint, products)?;
         }
         self.work.steps += 1;
         Ok(())

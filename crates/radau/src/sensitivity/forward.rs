@@ -5,12 +5,10 @@ use myovib_dae::{IntegratorError, LinearSolver, Outcome, Parameters, Problem, co
 
 use super::block::Block;
 use super::curves::Curves;
-use super::krylov::Stalled;
 use super::operator::{Stage, StageOperator};
 use super::sweep_failure::SweepFailure;
 use super::work::SensitivityWork;
 use crate::error::RadauError;
-use crate::failure::Failure;
 use crate::newton::norm;
 use crate::solver::{AcceptedStep, RadauSolver};
 use crate::stage_system::StageSystem;
@@ -258,26 +256,20 @@ impl<Q> ForwardSensitivities<Q> {
     where
         Q: Parameters<P>,
     {
-        if self.needs_reinit(solver) {
-            return Err(RadauError::StartedAgain { t: solver.t() });
-        }
+        let has_new_step = solver.has_new_step(self.restarts, self.followed)?;
         if solver.began_afresh() {
             self.curves.forget();
         }
-        let (contraction, is_constrained) = (solver.contraction(), solver.is_constrained());
-        let step = solver.accepted();
-        let (n_steps, t) = (step.number, step.collocation.t0);
-        if n_steps == self.followed {
+        if !has_new_step {
             return Ok(());
         }
-        if n_steps != self.followed + 1 {
-            return Err(RadauError::Missed { steps: n_steps.abs_diff(self.followed) });
-        }
-        let h = step.collocation.h;
-        let error = self.advance(step, contraction, is_constrained).map_err(|(j, trouble)| {
-            let parameter = self.parameters.list()[j].name.clone();
+        let (contraction, is_constrained) = (solver.contraction(), solver.is_constrained());
+        let step = solver.accepted();
+        let (t, h) = (step.collocation.t0, step.collocation.h);
+        let error = self.advance(step, contraction, is_constrained).map_err(|failure| {
+            let parameter = self.parameters.list()[failure.parameter()].name.clone();
             let function = "derivative with respect to a parameter";
-            match trouble.message() {
+            match failure.message() {
                 Ok(message) => RadauError::Sensitivity { parameter, t, message },
                 Err(source) => RadauError::Fatal { function, t, h, source },
             }
@@ -290,14 +282,13 @@ impl<Q> ForwardSensitivities<Q> {
         Ok(())
     }
 
-    /// Advances all sensitivities over a step. Returns their largest estimated error, if requested. If a solve fails,
-    /// returns the parameter.
+    /// Advances all sensitivities over a step. Returns their largest estimated error, if requested.
     fn advance<P: Problem, M: LinearSolver<P>>(
         &mut self,
         step: AcceptedStep<'_, P, M>,
         contraction: f64,
         is_constrained: bool,
-    ) -> Result<f64, (usize, SweepFailure)>
+    ) -> Result<f64, SweepFailure>
     where
         Q: Parameters<P>,
     {
@@ -325,18 +316,15 @@ impl<Q> ForwardSensitivities<Q> {
         let Self { parameters, operator, curves, work, counters, system, image, .. } = self;
         weights
             .write_at(problem, options, &collocation.y0, h, &mut self.weights)
-            .map_err(|failure| (0, SweepFailure::from(failure)))?;
-        operator
-            .linearize((problem, parameters), method, &collocation, &self.weights, false)
-            .map_err(|error| (0, SweepFailure::Failed(error)))?;
+            .map_err(|failure| (0, failure))?;
+        let functions = (&mut *problem, &mut *parameters);
+        operator.linearize(functions, method, &collocation, &self.weights, false)?;
         work.jacobian_evaluations += operator.stages.len() as u64;
         let stages = operator.stages.iter().take(method.stages());
         for (Stage { t, y, y_dot }, rows) in
             stages.zip(curves.residual.chunks_exact_mut(n * n_columns))
         {
-            parameters
-                .derivatives(problem, *t, [y, y_dot], rows)
-                .map_err(|(j, error)| (j, SweepFailure::Failed(error)))?;
+            parameters.derivatives(problem, *t, [y, y_dot], rows)?;
             rows.iter_mut().for_each(|r| *r = -*r);
             work.parameter_derivatives += n_columns as u64;
         }
@@ -344,13 +332,9 @@ impl<Q> ForwardSensitivities<Q> {
         let both = [&self.columns_weights[..], &self.weights];
         curves.begin(method, &collocation, both, tolerance);
         let at = (Some(&curves.s[..]), &curves.step.increments[..]);
-        operator
-            .subtract(parameters, method, at, &mut curves.residual, n_columns)
-            .map_err(|error| (0, SweepFailure::Failed(error)))?;
+        operator.subtract(parameters, method, at, &mut curves.residual, n_columns)?;
         let residual = (&mut curves.residual[..], n_columns);
-        system
-            .solve_columns(problem, matrices, method, residual, counters)
-            .map_err(|error| (0, SweepFailure::Failed(error)))?;
+        system.solve_columns(problem, matrices, method, residual, counters)?;
         // p̄ S has the units of y and the same weights.
         for j in 0..n_columns {
             let scale = parameters.list()[j].scale;
@@ -358,41 +342,28 @@ impl<Q> ForwardSensitivities<Q> {
             curves.size(j, scale, &mut size);
             weights
                 .write_at(problem, options, &size, h, &mut self.weights)
-                .map_err(|failure| (j, SweepFailure::from(failure)))?;
+                .map_err(|failure| (j, failure))?;
             self.weights.iter_mut().for_each(|w| *w *= scale);
             columns::put(&self.weights, &mut self.columns_weights, j, n_columns);
         }
-        let apply = |v: &[f64], image: &mut [f64]| {
+        let apply = |v: &[f64], image: &mut [f64]| -> Result<(), SweepFailure> {
             image.fill(0.0);
-            operator
-                .subtract(parameters, method, (None, v), image, n_columns)
-                .and_then(|()| {
-                    let stages = (&mut *image, n_columns);
-                    system.solve_columns(problem, matrices, method, stages, counters)
-                })
-                .map_err(SweepFailure::Failed)
+            operator.subtract(parameters, method, (None, v), image, n_columns)?;
+            let stages = (image, n_columns);
+            Ok(system.solve_columns(problem, matrices, method, stages, counters)?)
         };
         let (increments, residual) = (&mut curves.step.increments, &mut curves.residual);
         let weighted = (&self.columns_weights[..], n_columns);
-        self.block.solve(increments, residual, weighted, [tolerance, contraction], apply).map_err(
-            |trouble| match trouble {
-                SweepFailure::Stalled(Stalled { column, .. }) => (column, trouble),
-                SweepFailure::Failed(_) => (0, trouble),
-            },
-        )?;
+        self.block.solve(increments, residual, weighted, [tolerance, contraction], apply)?;
         let mut largest = 0.0_f64;
         if self.is_controlling {
             image.resize(n * n_columns, 0.0);
             let Stage { t, y, y_dot } = &operator.stages[method.stages()];
-            parameters
-                .derivatives(problem, *t, [y, y_dot], image)
-                .map_err(|(j, error)| (j, SweepFailure::Failed(error)))?;
+            parameters.derivatives(problem, *t, [y, y_dot], image)?;
             work.parameter_derivatives += n_columns as u64;
             image.iter_mut().for_each(|e| *e = -*e);
-            operator
-                .subtract_at_start(parameters, method, &curves.step, image, n_columns)
-                .and_then(|()| matrices.solve_real_columns(problem, image, n_columns))
-                .map_err(|error| (0, SweepFailure::Failed(error)))?;
+            operator.subtract_at_start(parameters, method, &curves.step, image, n_columns)?;
+            matrices.solve_real_columns(problem, image, n_columns)?;
             counters.work.real_solves += n_columns as u64;
             for j in 0..n_columns {
                 let column = |of: &'_ [f64], i: usize| of[i * n_columns + j];
@@ -423,18 +394,5 @@ fn expect_starts(
     for start in starts {
         expect_vector("start of a sensitivity", n, start)?;
     }
-    Ok(())
-}
-
-/// Writes the weights of n components and repeats them for all stages.
-pub(super) fn spread(
-    weights: &mut [f64],
-    n: usize,
-    write: impl FnOnce(&mut [f64]) -> Result<(), Failure>,
-) -> Result<(), Failure> {
-    let (first, others) = weights.split_at_mut(n);
-    write(first)?;
-    let others = others.chunks_exact_mut(n);
-    others.for_each(|w| w.copy_from_slice(first));
     Ok(())
 }

@@ -130,15 +130,8 @@ impl Recording {
         &mut self,
         solver: &mut RadauSolver<P, M>,
     ) -> Result<(), RadauError> {
-        if solver.restarts() != self.restarts {
-            return Err(RadauError::StartedAgain { t: solver.t() });
-        }
-        let (n_steps, recorded) = (solver.statistics().steps, self.steps.len() as u64);
-        if n_steps == recorded {
+        if !solver.has_new_step(self.restarts, self.steps.len() as u64)? {
             return Ok(());
-        }
-        if n_steps != recorded + 1 {
-            return Err(RadauError::Missed { steps: n_steps.abs_diff(recorded) });
         }
         let time_limits = solver.time_limits();
         let (h, end) = (solver.last_step_size(), solver.step_end());

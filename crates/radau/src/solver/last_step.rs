@@ -79,6 +79,22 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.restarts
     }
 
+    /// Returns whether a step was taken after the first `followed` steps.
+    ///
+    /// # Errors
+    /// Fails if several steps were taken, or if the number of restarts differs.
+    pub(crate) fn has_new_step(&self, restarts: u64, followed: u64) -> Result<bool, RadauError> {
+        if self.restarts != restarts {
+            return Err(RadauError::StartedAgain { t: self.t() });
+        }
+        let steps = self.counters.statistics.steps;
+        match steps.abs_diff(followed) {
+            0 => Ok(false),
+            1 if steps > followed => Ok(true),
+            missed => Err(RadauError::Missed { steps: missed }),
+        }
+    }
+
     /// Returns whether a hidden constraint amplifies remaining errors.
     pub(crate) fn is_constrained(&self) -> bool {
         self.multipliers.any()
