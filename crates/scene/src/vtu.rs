@@ -14,13 +14,15 @@ use myovib_model::{Components, Quantity, Snapshot};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-pub use cloud::Cloud;
+pub(crate) use cloud::Cloud;
 pub use data::{StoredField, read_field};
 use data::{floats, integers};
 pub use grid::Grid;
-use listing::Listing;
+pub(crate) use listing::Listing;
 
+use crate::Error;
 use crate::modes::Mode;
+use crate::result_folder::ResultFolder;
 
 /// Returns the VTK cell type of the elements. VTK orders the nodes of these cells in the same way as this crate.
 fn cell_type(space: &Space) -> usize {
@@ -51,8 +53,8 @@ pub struct CellField {
 
 /// A numbered series of files in a folder.
 #[derive(Debug)]
-pub struct Series {
-    listing: Listing,
+pub(crate) struct Series {
+    pub(crate) listing: Listing,
     grid: Grid,
     quantities: Vec<Quantity>,
     not_finite: Option<NotFinite>,
@@ -83,88 +85,37 @@ impl NotFinite {
 }
 
 impl Series {
-    /// Creates a series of `quantities` in an existing `folder`. `done` contains the times of existing files.
-    pub fn new(folder: &Path, grid: Grid, quantities: Vec<Quantity>, done: &[f64]) -> Self {
-        Self {
-            listing: Listing::new(folder, listing::FIELDS, done),
-            grid,
-            quantities,
-            not_finite: None,
-        }
-    }
-
-    /// Creates a series of complex fields in an existing `folder`, with one file for each frequency.
-    pub(crate) fn of_amplitudes(folder: &Path, grid: Grid) -> Self {
-        Self {
-            listing: Listing::new(folder, listing::AMPLITUDES, &[]),
-            grid,
-            quantities: Vec::new(),
-            not_finite: None,
-        }
-    }
-
-    /// Writes the real and imaginary parts of quantities at all points, with names such as `u_re` and `u_im`. Then
-    /// writes the list of all files.
-    pub(crate) fn write_amplitudes(
-        &mut self,
-        frequency: f64,
-        space: &Space,
-        fields: &[(Quantity, Vec<Complex64>)],
-    ) -> io::Result<()> {
-        let mut points = String::new();
-        for (quantity, values) in fields {
-            let names = component_names(quantity.components());
-            let width = values.len() / self.grid.n_points();
-            let re: fn(&Complex64) -> f64 = |z| z.re;
-            for (suffix, part) in [("re", re), ("im", |z| z.im)] {
-                let name = format!("{}_{suffix}", quantity.label());
-                points += &floats(&name, names, width, values.iter().map(part));
-            }
-        }
-        let text = file(space, &self.grid, &points, &[]);
-        self.listing.add(frequency, &text)
+    /// Creates a series of `quantities`. `done` contains the times of existing files.
+    pub(crate) fn new(grid: Grid, quantities: Vec<Quantity>, done: &[f64]) -> Self {
+        Self { listing: Listing::new(LIST, done), grid, quantities, not_finite: None }
     }
 
     /// Sets the non-finite values that were found in earlier files.
     #[must_use]
-    pub fn with_seen(self, not_finite: Option<NotFinite>) -> Self {
+    pub(crate) fn with_seen(self, not_finite: Option<NotFinite>) -> Self {
         Self { not_finite, ..self }
     }
 
     /// Returns the first non-finite values that were found, if any.
-    pub fn not_finite(&self) -> Option<NotFinite> {
+    pub(crate) fn not_finite(&self) -> Option<NotFinite> {
         self.not_finite
-    }
-
-    /// Returns the times (s) of the files written so far.
-    pub fn times(&self) -> impl Iterator<Item = f64> + '_ {
-        self.listing.times()
-    }
-
-    /// Returns the names of the files that the next call of [`write`](Self::write) writes.
-    pub(crate) fn next_files(&self) -> Vec<String> {
-        self.listing.next_files()
     }
 
     pub(crate) fn quantities(&self) -> &[Quantity] {
         &self.quantities
     }
 
-    /// Returns the path of a file that was written earlier but is now missing or empty, if any.
-    pub fn missing(&self) -> Option<PathBuf> {
-        self.listing.missing()
-    }
-
     /// Writes the fields of the body at time `t` and the values of some elements, then the list of all files. Returns
     /// the number of evaluated material states (det F or stress).
-    pub fn write(
+    pub(crate) fn write(
         &mut self,
+        folder: &ResultFolder,
         t: f64,
         snapshot: &Snapshot<'_>,
         cells: &[CellField],
-    ) -> io::Result<u64> {
+    ) -> Result<u64, Error> {
         let (text, not_finite) = vtu(snapshot, &self.grid, &self.quantities, cells);
-        self.listing.add(t, &text)?;
+        self.listing.add(folder, t, &text)?;
         self.not_finite = self.not_finite.or(not_finite.map(|(quantity, points)| NotFinite {
             quantity,
             t,
@@ -303,6 +254,26 @@ fn vtu(
     (file(space, grid, &points, cells), not_finite)
 }
 
+/// Formats a file with the real and imaginary parts of quantities at all points. The names are, for example, `u_re` and
+/// `u_im`.
+pub(crate) fn of_amplitudes(
+    space: &Space,
+    grid: &Grid,
+    fields: &[(Quantity, Vec<Complex64>)],
+) -> String {
+    let mut points = String::new();
+    for (quantity, values) in fields {
+        let names = component_names(quantity.components());
+        let width = values.len() / grid.n_points();
+        let re: fn(&Complex64) -> f64 = |z| z.re;
+        for (suffix, part) in [("re", re), ("im", |z| z.im)] {
+            let name = format!("{}_{suffix}", quantity.label());
+            points += &floats(&name, names, width, values.iter().map(part));
+        }
+    }
+    file(space, grid, &points, &[])
+}
+
 /// Formats a file with mode shapes as vector fields `mode_1`, `mode_2`, …
 pub fn of_modes<'a>(space: &Space, grid: &Grid, modes: impl Iterator<Item = &'a Mode>) -> String {
     let names = component_names(Components::Vector);
@@ -379,6 +350,7 @@ mod tests {
 
     use super::*;
     use crate::Scene;
+    use crate::result_folder::FolderRequest;
 
     #[test]
     fn non_finite_values_are_reported_with_their_first_time() {
@@ -388,15 +360,17 @@ mod tests {
         let scene = Scene::build("scene.toml", text, &[], Path::new("")).unwrap();
         let body = scene.body.unwrap();
         let folder = tempfile::tempdir().unwrap();
+        let request = FolderRequest::to_add(folder.path(), "run", Vec::new());
+        let folder = request.open().unwrap();
         let quantities = vec![Quantity::Pressure, Quantity::Displacement];
-        let mut series = Series::new(folder.path(), Grid::of_body(&body), quantities, &[]);
+        let mut series = Series::new(Grid::of_body(&body), quantities, &[]);
         let mut dae = MuscleDae::new(body.muscle, body.formulation).unwrap();
         let mut y = vec![0.0; dae.n_unknowns()];
         let own = dae.layout().range(Field::Displacement).unwrap();
         for (t, u) in [(0.0, 0.1), (0.5, f64::INFINITY), (1.0, f64::NAN)] {
             y[own.start] = u;
             let rest = vec![0.0; y.len()];
-            series.write(t, &dae.snapshot(t, &y, &rest), &[]).unwrap();
+            series.write(&folder, t, &dae.snapshot(t, &y, &rest), &[]).unwrap();
             let printed = series.not_finite().map(|seen| seen.note());
             let expected = "field `u` is not finite at 1 point at t = 0.5 s";
             match t {

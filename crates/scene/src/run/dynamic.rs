@@ -329,10 +329,12 @@ fn fields(
     };
     let done = checkpoint.map_or(&[][..], |c| &c.field_times);
     let grid = Grid::of_body(body);
-    let series = Series::new(folder.path(), grid, fields.quantities.clone(), done)
+    let series = Series::new(grid, fields.quantities.clone(), done)
         .with_seen(checkpoint.and_then(|c| c.not_finite));
-    let oscillations = Oscillations::new(scene, folder.path(), done);
-    if let Some(file) = series.missing().or(oscillations.missing()) {
+    let oscillations = Oscillations::new(scene, done);
+    let places = oscillations.cloud.iter().map(|cloud| &cloud.listing);
+    let mut listings = std::iter::once(&series.listing).chain(places);
+    if let Some(file) = listings.find_map(|listing| listing.missing(folder.path())) {
         let error = InputError::new("a file that the checkpoint requires is missing")
             .at(file.display())
             .next("--overwrite computes the run from the start");

@@ -1,11 +1,10 @@
 //! Field output of chains at many positions.
 
-use std::io;
-use std::path::{Path, PathBuf};
-
 use myovib_model::{ModelError, Probe, Snapshot};
 use myovib_oscillators::{Neighborhood, coherence_at};
 
+use crate::Error;
+use crate::result_folder::ResultFolder;
 use crate::scene::{DrivenPlace, Scene};
 use crate::system::System;
 use crate::vtu::{CellField, Cloud};
@@ -16,7 +15,7 @@ use crate::vtu::{CellField, Cloud};
 pub(super) struct Oscillations {
     chains: Vec<Shown>,
     /// Points of all chains without cell fields.
-    cloud: Option<Cloud>,
+    pub(super) cloud: Option<Cloud>,
 }
 
 /// Chain at many positions.
@@ -67,7 +66,7 @@ impl Shown {
 
 impl Oscillations {
     /// Returns the chains of a scene that have field output. `done` contains the times of existing files.
-    pub(super) fn new(scene: &Scene, folder: &Path, done: &[f64]) -> Self {
+    pub(super) fn new(scene: &Scene, done: &[f64]) -> Self {
         let Some(body) = &scene.body else {
             return Self::default();
         };
@@ -88,18 +87,8 @@ impl Oscillations {
             points.map(|point| (chain.network, point))
         });
         let points: Vec<_> = points.collect();
-        let cloud = (!points.is_empty()).then(|| Cloud::new(folder, points, done));
+        let cloud = (!points.is_empty()).then(|| Cloud::new(points, done));
         Self { chains, cloud }
-    }
-
-    /// Returns the path of a file that was written earlier but is now missing or empty, if any.
-    pub(super) fn missing(&self) -> Option<PathBuf> {
-        self.cloud.as_ref().and_then(Cloud::missing)
-    }
-
-    /// Returns the names of the files that the next call of [`write`](Self::write) writes.
-    pub(super) fn next_files(&self) -> Vec<String> {
-        self.cloud.as_ref().map_or(Vec::new(), Cloud::next_files)
     }
 
     /// Returns the order parameters of each chain in state `y`.
@@ -136,10 +125,11 @@ impl Oscillations {
     /// Writes the points of all chains without cell fields.
     pub(super) fn write(
         &mut self,
+        folder: &ResultFolder,
         t: f64,
         snapshot: &Snapshot<'_>,
         measured: &[Measured],
-    ) -> io::Result<()> {
+    ) -> Result<(), Error> {
         let Some(cloud) = &mut self.cloud else {
             return Ok(());
         };
@@ -155,6 +145,6 @@ impl Oscillations {
             let values = at_points().flat_map(|(_, measured)| measured.fields()[i]);
             (*name, values.copied().collect())
         });
-        cloud.write(t, moved, fields.collect())
+        cloud.write(folder, t, moved, fields.collect())
     }
 }

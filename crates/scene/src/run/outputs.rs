@@ -23,7 +23,7 @@ use crate::Error;
 use crate::probe::{EnergyBalance, StateAt};
 use crate::result_folder::ResultFolder;
 use crate::state::State;
-use crate::vtu::{self, NotFinite, Series};
+use crate::vtu::{NotFinite, Series};
 
 /// Wall-clock time after which the next checkpoint is due. It is longer if writing a checkpoint takes a long time.
 pub(super) const CHECKPOINT_AFTER: Duration = Duration::from_secs(5);
@@ -169,15 +169,10 @@ impl Outputs<'_> {
             let (dae, range) = muscle_of(integrator.problem_mut(), &self.y)?;
             let snapshot = dae.snapshot(inside, &self.y[range.clone()], &self.y_dot[range]);
             self.volumes.see(t, snapshot.solid, snapshot.displacement);
-            for name in series.next_files().into_iter().chain(oscillations.next_files()) {
-                self.folder.claim(&name).map_err(failed_output)?;
-            }
             self.work.stress_evaluations += series
-                .write(t, &snapshot, &oscillations.cell_fields(&measured))
-                .map_err(|error| cannot_write(&self.folder.path().join(vtu::LIST), error))?;
-            let written = oscillations.write(t, &snapshot, &measured);
-            let list = || self.folder.path().join(vtu::PLACES_LIST);
-            written.map_err(|error| cannot_write(&list(), error))?;
+                .write(self.folder, t, &snapshot, &oscillations.cell_fields(&measured))
+                .map_err(failed_output)?;
+            oscillations.write(self.folder, t, &snapshot, &measured).map_err(failed_output)?;
             self.work.field_files += 1;
         }
         Ok(())
@@ -260,7 +255,11 @@ impl Outputs<'_> {
             step: integrator.counts().last_step,
             tables: self.recorders.iter().map(|r| r.written().clone()).collect(),
             energies: self.energy_balances().cloned().collect(),
-            field_times: self.fields.iter().flat_map(|(series, ..)| series.times()).collect(),
+            field_times: self
+                .fields
+                .iter()
+                .flat_map(|(series, ..)| series.listing.times())
+                .collect(),
             drift: self.drift,
             volumes: self.volumes.clone(),
             not_finite: self.not_finite(),

@@ -8,7 +8,7 @@ use super::options::{RunOptions, RunResult};
 use crate::csv;
 use crate::json::extend;
 use crate::response::{Curves, Response};
-use crate::vtu::{AMPLITUDES_LIST, Grid, Series};
+use crate::vtu::{self, AMPLITUDES_LIST, Grid, Listing};
 use crate::{Error, Scene};
 
 /// Computes the harmonic response of a scene.
@@ -24,14 +24,11 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         folder.write(&table_of(&curves.name), table(&found, curves))?;
     }
     if let (Some(body), [_, ..]) = (&scene.body, &found.fields[..]) {
-        let mut series = Series::of_amplitudes(folder.path(), Grid::of_body(body));
+        let (space, grid) = (body.muscle.solid.space(), Grid::of_body(body));
+        let mut listing = Listing::new(AMPLITUDES_LIST, &[]);
         for fields in &found.fields {
-            for name in series.next_files() {
-                folder.claim(&name)?;
-            }
-            let space = body.muscle.solid.space();
-            let written = series.write_amplitudes(fields.frequency, space, &fields.values);
-            written.map_err(Error::file("write", &folder.path().join(AMPLITUDES_LIST)))?;
+            let text = vtu::of_amplitudes(space, &grid, &fields.values);
+            listing.add(&folder, fields.frequency, &text)?;
         }
     }
     let outcome = match found.is_interrupted {

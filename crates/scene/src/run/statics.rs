@@ -189,7 +189,7 @@ impl<'a> Recording<'a> {
         }
         self.series = file.fields.as_ref().map(|fields| {
             let (grid, quantities) = (Grid::of_body(body), fields.quantities.clone());
-            Series::new(folder.path(), grid, quantities, &[])
+            Series::new(grid, quantities, &[])
         });
         self.folder = Some(folder);
         Ok(())
@@ -224,17 +224,13 @@ impl<'a> Recording<'a> {
         let snapshot = dae.snapshot(t, &y, &rest);
         self.volumes.see(t, snapshot.solid, snapshot.displacement);
         if let (Some(series), Some(folder)) = (&mut self.series, &self.folder) {
-            for name in series.next_files() {
-                folder.claim(&name)?;
-            }
             // Load factors may occur more than once on a path with arc-length control or with given loads.
             let place = match (is_path, self.has_growing_loads) {
                 (true, true) => state.load,
                 (true, false) => self.states.len() as f64,
                 (false, _) => t,
             };
-            let written = series.write(place, &snapshot, &[]);
-            written.map_err(Error::file("write", &folder.path().join(vtu::LIST)))?;
+            series.write(folder, place, &snapshot, &[])?;
         }
         let mut met = self.conditions.iter();
         let met = met.find(|condition| condition.excess_of_body(&snapshot) > 0.0);

@@ -1,45 +1,36 @@
 //! Values at positions other than nodes, as a series of files with one point per position.
 
-use std::io;
-use std::path::{Path, PathBuf};
-
+use super::PLACES_LIST;
 use super::data::{self, floats, integers};
-use super::listing::{Listing, PLACES};
+use super::listing::Listing;
+use crate::Error;
+use crate::result_folder::ResultFolder;
 
 /// VTK cell type of a single point.
 const VERTEX: usize = 1;
 
 /// Positions of several chains in the undeformed body, with one file for each output time.
 #[derive(Debug)]
-pub struct Cloud {
-    listing: Listing,
+pub(crate) struct Cloud {
+    pub(crate) listing: Listing,
     /// Zero-based chain index and coordinates of each position.
     places: Vec<(usize, [f64; 3])>,
 }
 
 impl Cloud {
-    /// Creates a series in an existing `folder`. `done` contains the times of existing files.
-    pub fn new(folder: &Path, places: Vec<(usize, [f64; 3])>, done: &[f64]) -> Self {
-        Self { listing: Listing::new(folder, PLACES, done), places }
-    }
-
-    /// Returns the path of a file that was written earlier but is now missing or empty, if any.
-    pub fn missing(&self) -> Option<PathBuf> {
-        self.listing.missing()
-    }
-
-    /// Returns the names of the files that the next call of [`write`](Self::write) writes.
-    pub(crate) fn next_files(&self) -> Vec<String> {
-        self.listing.next_files()
+    /// Creates a series. `done` contains the times of existing files.
+    pub(crate) fn new(places: Vec<(usize, [f64; 3])>, done: &[f64]) -> Self {
+        Self { listing: Listing::new(PLACES_LIST, done), places }
     }
 
     /// Writes the displacement and other named fields at all positions at time `t`.
-    pub fn write(
+    pub(crate) fn write(
         &mut self,
+        folder: &ResultFolder,
         t: f64,
         displacement: impl Iterator<Item = [f64; 3]>,
         fields: Vec<(&str, Vec<f64>)>,
-    ) -> io::Result<()> {
+    ) -> Result<(), Error> {
         let n = self.places.len();
         let mut text = data::head(n, n);
         let points = self.places.iter().flat_map(|(_, point)| *point);
@@ -55,6 +46,6 @@ impl Cloud {
             text += &floats(name, &[], 1, values.into_iter());
         }
         text += "</PointData>\n";
-        self.listing.add(t, &(text + data::END))
+        self.listing.add(folder, t, &(text + data::END))
     }
 }
