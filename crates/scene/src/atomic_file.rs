@@ -16,27 +16,14 @@ use crate::Error;
 /// Prefix and suffix of temporary files and folders.
 const TEMPORARY: (&str, &str) = (".myovib-", ".part");
 
-/// Operation that changes a file. Tests simulate disk failures at these operations.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Change {
-    Create,
-    Write,
-    Sync,
-    Rename,
-    Remove,
-}
-
 /// Returns an error if a test simulates a disk failure at this operation.
-#[cfg(test)]
-fn allow(change: Change) -> io::Result<()> {
-    faults::allow(change)
-}
-
 #[cfg(not(test))]
-fn allow(_: Change) -> io::Result<()> {
+fn allow() -> io::Result<()> {
     Ok(())
 }
 
+#[cfg(test)]
+use faults::allow;
 #[cfg(test)]
 pub(crate) use faults::has_stopped;
 
@@ -64,7 +51,7 @@ pub fn passing<T>(compute: impl FnOnce() -> T) -> T {
 
 /// Waits until a file is on the disk. Within [`passing`], returns without waiting.
 pub(crate) fn sync(file: &File) -> io::Result<()> {
-    allow(Change::Sync)?;
+    allow()?;
     match PASSING.get() {
         true => Ok(()),
         false => file.sync_all(),
@@ -96,7 +83,7 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -
     if let Some(permissions) = permissions() {
         builder.permissions(permissions);
     }
-    allow(Change::Create)?;
+    allow()?;
     let mut temporary = builder.tempfile_in(folder)?;
     // The file is locked while it is written. A temporary file without a lock is an orphan.
     let _ = temporary.as_file().try_lock();
@@ -117,7 +104,7 @@ fn fill_temporary(
     fill(&mut file)?;
     let Growing(file) = file.into_inner().map_err(io::IntoInnerError::into_error)?;
     sync(file)?;
-    allow(Change::Rename)
+    allow()
 }
 
 /// File to which data is written incrementally.
@@ -128,7 +115,7 @@ impl<F: Write> Write for Growing<F> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         #[cfg(test)]
         faults::tear(&mut self.0, bytes)?;
-        allow(Change::Write)?;
+        allow()?;
         self.0.write(bytes)
     }
 
@@ -139,7 +126,7 @@ impl<F: Write> Write for Growing<F> {
 
 /// Creates a file to which data is written incrementally. Fails if the file already exists.
 pub(crate) fn create(path: &Path) -> io::Result<Growing<File>> {
-    allow(Change::Create)?;
+    allow()?;
     let mut options = OpenOptions::new();
     options.write(true).create_new(true).open(path).map(Growing)
 }
@@ -149,12 +136,12 @@ pub(crate) fn append(path: &Path) -> io::Result<Growing<File>> {
 }
 
 pub(crate) fn remove(path: &Path) -> io::Result<()> {
-    allow(Change::Remove)?;
+    allow()?;
     fs::remove_file(path)
 }
 
 pub(crate) fn truncate(file: &File, bytes: u64) -> io::Result<()> {
-    allow(Change::Write)?;
+    allow()?;
     file.set_len(bytes)
 }
 
@@ -183,7 +170,7 @@ pub(crate) fn remove_orphan(path: &Path, lock: &str) -> io::Result<()> {
     let is_in_use = || File::open(path.join(lock)).is_ok_and(|file| file.try_lock().is_err());
     match there.is_dir() && !is_in_use() {
         true => {
-            allow(Change::Remove)?;
+            allow()?;
             fs::remove_dir_all(path)
         }
         false => Ok(()),

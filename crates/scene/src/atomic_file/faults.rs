@@ -6,8 +6,6 @@
 use std::cell::Cell;
 use std::io::{self, Write};
 
-use super::Change;
-
 thread_local! {
     static CHANGES: Cell<u64> = const { Cell::new(0) };
     static LAST: Cell<u64> = const { Cell::new(u64::MAX) };
@@ -29,7 +27,7 @@ pub(crate) fn with_disk_that_stops_after<T>(
     (result, CHANGES.get())
 }
 
-pub(super) fn allow(_: Change) -> io::Result<()> {
+pub(super) fn allow() -> io::Result<()> {
     CHANGES.set(CHANGES.get() + 1);
     match CHANGES.get() > LAST.get() {
         true => Err(io::ErrorKind::StorageFull.into()),
