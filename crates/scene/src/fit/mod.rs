@@ -31,8 +31,7 @@ use crate::result_folder::{Existing, FolderRequest, program};
 use crate::sensitivity::{Abscissa, Parameterized, SceneParameter, outputs};
 use crate::watch::{ProgressSink, Watcher};
 use crate::{Error, InputError, Scene};
-use data::read_file;
-pub use data::{DataError, DataProblem, Datum, Domain, read};
+use data::{DataError, Domain, read_file};
 use evaluations::{EVALUATIONS, Evaluations};
 use history::{HISTORY, History};
 use model::{Experiment, SceneModel};
@@ -432,18 +431,18 @@ fn expect_free_parameters(
 
 /// Returns the independent variable of a scene and the range in which measurements are accepted.
 fn domain(scene: &Scene) -> Result<Domain, InputError> {
-    if Abscissa::of(scene) == Abscissa::Load {
-        let loads = scene.loads()?;
-        let [low, high] = [f64::min, f64::max].map(|end| loads.iter().copied().fold(0.0, end));
-        return Ok(Domain::Load { low, high });
-    }
-    let response = scene.file.response.as_ref();
-    let Some(response) = response.filter(|_| scene.is_response()) else {
-        return Ok(Domain::Time { end: scene.t_end });
+    let abscissa = Abscissa::of(scene);
+    let [low, high] = match (abscissa, &scene.file.response) {
+        (Abscissa::Load, _) => {
+            let loads = scene.loads()?;
+            [f64::min, f64::max].map(|end| loads.iter().copied().fold(0.0, end))
+        }
+        (Abscissa::Frequency, Some(response)) => {
+            response.frequencies.grid().map_err(InputError::new)?.ends()
+        }
+        _ => [0.0, scene.t_end],
     };
-    let grid = response.frequencies.grid().map_err(InputError::new)?;
-    let [low, high] = grid.ends();
-    Ok(Domain::Frequency { low, high })
+    Ok(Domain { abscissa, low, high })
 }
 
 fn experiments(

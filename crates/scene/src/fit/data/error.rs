@@ -6,7 +6,7 @@ use crate::InputError;
 
 /// Reason why measurements are rejected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum DataProblem {
+pub(in crate::fit) enum DataProblem {
     #[error("cannot read the measurements")]
     Unreadable,
     #[error("the measurements are not UTF-8 text")]
@@ -71,12 +71,12 @@ impl DataProblem {
 
 /// Error for rejected measurements, with its location in the file.
 #[derive(Debug, Clone)]
-pub struct DataError {
-    pub problem: DataProblem,
+pub(in crate::fit) struct DataError {
+    pub(super) problem: DataProblem,
     file: String,
     /// One-based line number in the file.
-    pub line: Option<u64>,
-    pub column: Option<String>,
+    pub(super) line: Option<u64>,
+    pub(super) column: Option<String>,
     /// The error without its location and remedy.
     input: InputError,
 }

@@ -1,7 +1,16 @@
 use super::*;
 use DataProblem::*;
 
-const RUN: Domain = Domain::Time { end: 2.0 };
+const RUN: Domain = Domain { abscissa: Abscissa::Time, low: 0.0, high: 2.0 };
+
+fn read(
+    name: &Path,
+    text: &str,
+    outputs: &[Output],
+    domain: Domain,
+) -> Result<Vec<Datum>, DataError> {
+    Reader::new(name, outputs, domain).read(text)
+}
 
 fn outputs() -> Vec<Output> {
     [("tip", Some(0.1)), ("root", Some(0.2))]
@@ -79,7 +88,7 @@ fn rejected_tables_name_the_line_and_the_column() {
 #[test]
 fn frequencies_are_within_the_response() {
     let read_text = |text: &str| {
-        let domain = Domain::Frequency { low: 1.0, high: 60.0 };
+        let domain = Domain { abscissa: Abscissa::Frequency, low: 1.0, high: 60.0 };
         read(Path::new("m.csv"), text, &outputs(), domain)
     };
     let plain = read_text("frequency,tip\n60,2\n1,3\n").unwrap();
@@ -107,7 +116,7 @@ fn rounded_times_are_within_the_run() {
 /// Checks load factors on a path from −0.5 to 1.
 #[test]
 fn load_factors_are_within_the_path() {
-    let domain = Domain::Load { low: -0.5, high: 1.0 };
+    let domain = Domain { abscissa: Abscissa::Load, low: -0.5, high: 1.0 };
     let read_text = |text: &str| read(Path::new("m.csv"), text, &outputs(), domain);
     let plain = read_text("load,tip\n1,2\n-0.5,3\n").unwrap();
     let long = "observableId,load,measurement\ntip,1,2\ntip,-0.5,3\n";
