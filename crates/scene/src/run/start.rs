@@ -36,7 +36,6 @@ use crate::system::{Body as CoupledBody, System};
 use crate::watch::Watcher;
 pub(super) use checks::expect_start;
 pub use initial::initial;
-use without_body::{chains, chains_on, rod_and_chains, rod_beside_chains};
 pub(super) use without_body::{driven_by_rod, options};
 
 /// Operation on the integrator of a scene, independent of the type of the system.
@@ -56,26 +55,24 @@ pub(super) fn start<D: Driver>(
     watcher: Watcher<'_>,
     driver: D,
 ) -> Result<D::Result, Error> {
+    let starter = Starter { scene, checkpoint, watcher };
     let wrong = Error::before_any_output;
     match (&scene.body, &scene.rod) {
         (Some(body), _) if scene.chains.is_empty() => {
-            let (integrator, _) = muscle(body, checkpoint, watcher).map_err(wrong)?;
-            driver.drive(integrator)
+            driver.drive(starter.muscle(body).map_err(wrong)?.0)
         }
         (Some(body), _) if !scene.feedbacks.is_empty() => {
-            driver.drive(muscle_with_feedback(scene, body, checkpoint, watcher).map_err(wrong)?)
+            driver.drive(starter.muscle_with_feedback(body).map_err(wrong)?)
         }
         (Some(body), _) if scene.has_separate_chains() => {
-            driver.drive(muscle_beside_chains(scene, body, checkpoint, watcher).map_err(wrong)?)
+            driver.drive(starter.muscle_beside_chains(body).map_err(wrong)?)
         }
-        (Some(body), _) => {
-            driver.drive(muscle_and_chains(scene, body, checkpoint, watcher).map_err(wrong)?)
-        }
+        (Some(body), _) => driver.drive(starter.muscle_and_chains(body).map_err(wrong)?),
         (None, Some(rod)) if scene.has_separate_chains() => {
-            driver.drive(rod_beside_chains(scene, rod, checkpoint).map_err(wrong)?)
+            driver.drive(starter.rod_beside_chains(rod).map_err(wrong)?)
         }
-        (None, Some(rod)) => driver.drive(rod_and_chains(scene, rod, checkpoint).map_err(wrong)?),
-        (None, None) => driver.drive(chains(scene, checkpoint).map_err(wrong)?),
+        (None, Some(rod)) => driver.drive(starter.rod_and_chains(rod).map_err(wrong)?),
+        (None, None) => driver.drive(starter.chains(|| Source::Rest).map_err(wrong)?),
     }
 }
 
@@ -84,10 +81,8 @@ pub(super) fn start<D: Driver>(
 /// # Errors
 /// Fails if the scene has no body or the body cannot start. Also returns the errors of the integrator.
 pub fn muscle_alone(scene: &Scene) -> Result<Box<dyn Integrator<MuscleDae>>, Error> {
-    match &scene.body {
-        Some(body) => Ok(muscle(body, None, Watcher::NOBODY)?.0),
-        None => Err(ModelError::NoSuchPart { part: "muscle" }.into()),
-    }
+    let body = scene.body.as_ref().ok_or(ModelError::NoSuchPart { part: "muscle" })?;
+    Ok(Starter::initial(scene).muscle(body)?.0)
 }
 
 /// Returns an integrator for the rod of a scene, coupled to the chains. The integrator starts from rest.
@@ -95,10 +90,8 @@ pub fn muscle_alone(scene: &Scene) -> Result<Box<dyn Integrator<MuscleDae>>, Err
 /// # Errors
 /// Fails if the scene has no rod. Also returns the errors of the integrator.
 pub fn rod_with_chains(scene: &Scene) -> Result<Box<dyn Integrator<CoupledDae<RodDae>>>, Error> {
-    match &scene.rod {
-        Some(rod) => rod_and_chains(scene, rod, None),
-        None => Err(ModelError::NoSuchPart { part: "rod" }.into()),
-    }
+    let rod = scene.rod.as_ref().ok_or(ModelError::NoSuchPart { part: "rod" })?;
+    Starter::initial(scene).rod_and_chains(rod)
 }
 
 /// Returns an integrator for the chains of a scene, driven by a recorded motion.
@@ -109,63 +102,160 @@ pub fn replayed(
     scene: &Scene,
     motion: &Arc<Recording>,
 ) -> Result<Box<dyn Integrator<CoupledDae<NoBody>>>, Error> {
-    chains_on(scene, None, || Source::Recorded(Arc::clone(motion)))
+    Starter::initial(scene).chains(|| Source::Recorded(Arc::clone(motion)))
 }
+
+/// Returns an integrator for the muscle of a scene, coupled to the chains. The integrator starts from the initial
+/// state.
+///
+/// # Errors
+/// Fails if the scene has no body or the body cannot start. Also returns the errors of the integrator.
+pub fn with_chains(scene: &Scene) -> Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>, Error> {
+    let body = scene.body.as_ref().ok_or(ModelError::NoSuchPart { part: "muscle" })?;
+    Starter::initial(scene).muscle_and_chains(body)
+}
+
+type Boxed<P> = Box<dyn Integrator<P>>;
 
 /// Integrator of a body, and the state of the body.
-type Started<B> = (Box<dyn Integrator<B>>, Vec<f64>);
+type Started<B> = (Boxed<B>, Vec<f64>);
 
-fn muscle(
-    body: &Body,
-    checkpoint: Option<&Checkpoint>,
-    watcher: Watcher<'_>,
-) -> Result<Started<MuscleDae>, Error> {
-    let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
-    let Some(checkpoint) = checkpoint else {
-        let [y, y_dot] = initial(body, &mut dae, watcher)?;
-        return Ok((start_from(dae, &body.settings, 0.0, &y, &y_dot)?, y));
-    };
-    let n_unknowns = dae.n_unknowns();
-    let resumed = checkpoint.of(..n_unknowns);
-    let [y, y_dot] = resumed.values(&mut dae)?;
-    let steps = StepOptions { initial_step: resumed.step, ..body.settings.steps };
-    let settings = Settings { steps, ..body.settings.clone() };
-    Ok((start_from(dae, &settings, resumed.t, &y, &y_dot)?, y))
+/// Muscle with its chains, the error test and options, and initial values.
+type Coupled<Y> = (CoupledDae<MuscleDae>, (ErrorTest, CoupledOptions), Y);
+
+/// Scene whose integrators start at the initial state or at a checkpoint.
+struct Starter<'a> {
+    scene: &'a Scene,
+    checkpoint: Option<&'a Checkpoint>,
+    watcher: Watcher<'a>,
 }
 
-/// Starts a muscle with separately integrated chains.
-fn muscle_beside_chains(
-    scene: &Scene,
-    body: &Body,
-    checkpoint: Option<&Checkpoint>,
-    watcher: Watcher<'_>,
-) -> Result<Box<dyn Integrator<Multirate<MuscleDae>>>, Error> {
-    let muscle = muscle(body, checkpoint, watcher)?;
-    let oscillators = driven_by(scene, muscle.0.problem())?;
-    beside(scene, muscle, oscillators, checkpoint)
-}
+impl<'a> Starter<'a> {
+    fn initial(scene: &'a Scene) -> Self {
+        Self { scene, checkpoint: None, watcher: Watcher::NOBODY }
+    }
 
-/// Starts the separately integrated chains of a scene, given the integrator and the state of the body.
-fn beside<B: 'static>(
-    scene: &Scene,
-    (body, y): Started<B>,
-    oscillators: Vec<Oscillators>,
-    checkpoint: Option<&Checkpoint>,
-) -> Result<Box<dyn Integrator<Multirate<B>>>, Error> {
-    let wanted = &scene.file.integrator;
-    let kind = wanted.method;
-    let at = (body.time(), &y[..]);
-    let start = |dae: CoupledDae<NoBody>| {
-        let test = ErrorTest::of_states(0, tolerances(scene));
-        let options = CoupledOptions::of_oscillators(kind).with_steps(wanted.steps);
-        let resumed = checkpoint.map(|checkpoint| Resumed {
-            step: wanted.steps.initial_step, // the last step is the body's
-            ..checkpoint.of(y.len()..)
-        });
-        coupled(scene, dae, test, options, resumed, &[])
-    };
-    let both = Multirate::new(body, at, oscillators, kind, start)?;
-    Ok(Box::new(both))
+    /// Returns the part of the checkpoint with the unknowns in `range`, if there is a checkpoint.
+    fn resumed(
+        &self,
+        range: impl SliceIndex<[f64], Output = [f64]> + Clone,
+    ) -> Option<Resumed<'a>> {
+        self.checkpoint.map(|checkpoint| Resumed {
+            t: checkpoint.t,
+            y: &checkpoint.y[range.clone()],
+            y_dot: &checkpoint.y_dot[range],
+            step: Some(checkpoint.step),
+            has_history: checkpoint.continuation.is_some(),
+        })
+    }
+
+    fn muscle(&self, body: &Body) -> Result<Started<MuscleDae>, Error> {
+        let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
+        let Some(resumed) = self.resumed(..dae.n_unknowns()) else {
+            let [y, y_dot] = initial(body, &mut dae, self.watcher)?;
+            return Ok((start_from(dae, &body.settings, 0.0, &y, &y_dot)?, y));
+        };
+        let [y, y_dot] = resumed.values(&mut dae)?;
+        let steps = resumed.steps(body.settings.steps);
+        let settings = Settings { steps, ..body.settings.clone() };
+        Ok((start_from(dae, &settings, resumed.t, &y, &y_dot)?, y))
+    }
+
+    /// Starts a muscle with separately integrated chains.
+    fn muscle_beside_chains(&self, body: &Body) -> Result<Boxed<Multirate<MuscleDae>>, Error> {
+        let muscle = self.muscle(body)?;
+        let oscillators = driven_by(self.scene, muscle.0.problem())?;
+        self.beside(muscle, oscillators)
+    }
+
+    /// Starts the separately integrated chains, given the integrator and the state of the body.
+    fn beside<B: 'static>(
+        &self,
+        (body, y): Started<B>,
+        oscillators: Vec<Oscillators>,
+    ) -> Result<Boxed<Multirate<B>>, Error> {
+        let wanted = &self.scene.file.integrator;
+        let kind = wanted.method;
+        let at = (body.time(), &y[..]);
+        let start = |dae: CoupledDae<NoBody>| {
+            let test = ErrorTest::of_states(0, tolerances(self.scene));
+            let options = CoupledOptions::of_oscillators(kind).with_steps(wanted.steps);
+            let resumed = self.resumed(y.len()..).map(|resumed| Resumed {
+                step: wanted.steps.initial_step, // the last step is the body's
+                ..resumed
+            });
+            self.coupled(dae, (test, options), resumed, &[])
+        };
+        let both = Multirate::new(body, at, oscillators, kind, start)?;
+        Ok(Box::new(both))
+    }
+
+    fn muscle_and_chains(&self, body: &Body) -> Result<Boxed<CoupledDae<MuscleDae>>, Error> {
+        let (dae, how, start) = self.one_way(body, &body.settings)?;
+        let integrator = self.coupled(dae, how, self.resumed(..), &start)?;
+        Ok(advised(integrator, body))
+    }
+
+    /// Starts a muscle with chains that act back on its stiffness or tension.
+    fn muscle_with_feedback(&self, body: &Body) -> Result<Boxed<FeedbackDae>, Error> {
+        let scene = self.scene;
+        let (dae, (test, options), rest) = self.one_way(body, &body.settings)?;
+        let test = test.with_oscillators(&dae, tolerances(scene));
+        let rest = initial_state(scene, &dae, &rest);
+        let mut dae = FeedbackDae::new(dae, scene.feedbacks.clone());
+        let (t, [y, y_dot], options) = match self.resumed(..) {
+            Some(resumed) => {
+                let steps = resumed.steps(scene.file.integrator.steps);
+                (resumed.t, resumed.values(&mut dae)?, options.with_steps(steps))
+            }
+            None => {
+                let (y_dot, _) = dae.derivatives_at(0.0, &rest).map_err(ModelError::from)?;
+                (0.0, [rest, y_dot], options)
+            }
+        };
+        let times = [t, scene.t_end];
+        let integrator = start_with_feedback(dae, test, options, times, &y, &y_dot)?;
+        Ok(advised(integrator, body))
+    }
+
+    /// Returns a muscle with its chains, the error test of the muscle, the options, and the initial unknowns of the
+    /// muscle. The unknowns are empty for a resumed run.
+    fn one_way(&self, body: &Body, settings: &Settings) -> Result<Coupled<Vec<f64>>, Error> {
+        let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
+        let start = match self.checkpoint {
+            None => {
+                let [y, _] = initial(body, &mut dae, self.watcher)?;
+                y
+            }
+            Some(_) => Vec::new(),
+        };
+        let options = CoupledOptions::of_muscle(&dae, settings);
+        let test = ErrorTest::of_muscle(&dae, settings);
+        let oscillators = driven_by(self.scene, &dae)?;
+        Ok((CoupledDae::new(dae, oscillators), (test, options), start))
+    }
+
+    fn coupled<B: CoupledBody>(
+        &self,
+        mut dae: CoupledDae<B>,
+        (test, options): (ErrorTest, CoupledOptions),
+        resumed: Option<Resumed<'_>>,
+        start: &[f64],
+    ) -> Result<Boxed<CoupledDae<B>>, Error> {
+        let scene = self.scene;
+        let test = test.with_oscillators(&dae, tolerances(scene));
+        Ok(match resumed {
+            None => {
+                let y = initial_state(scene, &dae, start);
+                start_coupled(dae, test, options, scene.t_end, &y)?
+            }
+            Some(resumed) => {
+                let [y, y_dot] = resumed.values(&mut dae)?;
+                let options = options.with_steps(resumed.steps(scene.file.integrator.steps));
+                start_coupled_from(dae, test, options, [resumed.t, scene.t_end], &y, &y_dot)?
+            }
+        })
+    }
 }
 
 /// Part of the state in a checkpoint.
@@ -188,98 +278,10 @@ impl Resumed<'_> {
             false => dae.consistent(self.t, self.y),
         }
     }
-}
 
-impl Checkpoint {
-    /// Returns the part of the checkpoint with the unknowns in `range`.
-    fn of(&self, range: impl SliceIndex<[f64], Output = [f64]> + Clone) -> Resumed<'_> {
-        Resumed {
-            t: self.t,
-            y: &self.y[range.clone()],
-            y_dot: &self.y_dot[range],
-            step: Some(self.step),
-            has_history: self.continuation.is_some(),
-        }
+    fn steps(&self, steps: StepOptions) -> StepOptions {
+        StepOptions { initial_step: self.step, ..steps }
     }
-}
-
-/// Returns an integrator for the muscle of a scene, coupled to the chains. The integrator starts from the initial
-/// state.
-///
-/// # Errors
-/// Fails if the scene has no body or the body cannot start. Also returns the errors of the integrator.
-pub fn with_chains(scene: &Scene) -> Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>, Error> {
-    match &scene.body {
-        Some(body) => muscle_and_chains(scene, body, None, Watcher::NOBODY),
-        None => Err(ModelError::NoSuchPart { part: "muscle" }.into()),
-    }
-}
-
-fn muscle_and_chains(
-    scene: &Scene,
-    body: &Body,
-    checkpoint: Option<&Checkpoint>,
-    watcher: Watcher<'_>,
-) -> Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>, Error> {
-    let (dae, test, options, start) = one_way(scene, (body, &body.settings), checkpoint, watcher)?;
-    let resumed = checkpoint.map(|checkpoint| checkpoint.of(..));
-    let integrator = coupled(scene, dae, test, options, resumed, &start)?;
-    Ok(advised(integrator, body))
-}
-
-/// Starts a muscle with chains that act back on its stiffness or tension.
-fn muscle_with_feedback(
-    scene: &Scene,
-    body: &Body,
-    checkpoint: Option<&Checkpoint>,
-    watcher: Watcher<'_>,
-) -> Result<Box<dyn Integrator<FeedbackDae>>, Error> {
-    let (dae, test, options, rest) = one_way(scene, (body, &body.settings), checkpoint, watcher)?;
-    let test = test.with_oscillators(&dae, tolerances(scene));
-    let rest = initial_state(scene, &dae, &rest);
-    let mut dae = FeedbackDae::new(dae, scene.feedbacks.clone());
-    let steps = scene.file.integrator.steps;
-    let (t, y, y_dot, options) = match checkpoint {
-        Some(checkpoint) => {
-            let resumed = checkpoint.of(..);
-            let [y, y_dot] = resumed.values(&mut dae)?;
-            (
-                resumed.t,
-                y,
-                y_dot,
-                options.with_steps(StepOptions { initial_step: resumed.step, ..steps }),
-            )
-        }
-        None => {
-            let (y_dot, _) = dae.derivatives_at(0.0, &rest).map_err(ModelError::from)?;
-            (0.0, rest, y_dot, options)
-        }
-    };
-    let times = [t, scene.t_end];
-    let integrator = start_with_feedback(dae, test, options, times, &y, &y_dot)?;
-    Ok(advised(integrator, body))
-}
-
-/// Returns a muscle with its chains, the error test of the muscle, the options, and the initial unknowns of the muscle.
-/// The unknowns are empty for a resumed run.
-fn one_way(
-    scene: &Scene,
-    (body, settings): (&Body, &Settings),
-    checkpoint: Option<&Checkpoint>,
-    watcher: Watcher<'_>,
-) -> Result<(CoupledDae<MuscleDae>, ErrorTest, CoupledOptions, Vec<f64>), Error> {
-    let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
-    let start = match checkpoint {
-        None => {
-            let [y, _] = initial(body, &mut dae, watcher)?;
-            y
-        }
-        Some(_) => Vec::new(),
-    };
-    let options = CoupledOptions::of_muscle(&dae, settings);
-    let test = ErrorTest::of_muscle(&dae, settings);
-    let oscillators = driven_by(scene, &dae)?;
-    Ok((CoupledDae::new(dae, oscillators), test, options, start))
 }
 
 /// Returns the chains of a scene, driven by the muscle `dae`.
@@ -294,10 +296,8 @@ pub(crate) fn driven_by(scene: &Scene, dae: &MuscleDae) -> Result<Vec<Oscillator
     })
 }
 
-/// Muscle with its chains, the error test and options, and consistent values of y and ẏ at t = 0.
-pub(crate) type Driving = (CoupledDae<MuscleDae>, (ErrorTest, CoupledOptions), [Vec<f64>; 2]);
-
-/// Returns the muscle of a scene with its chains, ready to be integrated with the given `settings`.
+/// Returns the muscle of a scene with its chains, ready to be integrated with the given `settings`, and consistent values
+/// of y and ẏ at t = 0.
 ///
 /// # Errors
 /// Fails if the body cannot start.
@@ -306,8 +306,9 @@ pub(crate) fn driving(
     body: &Body,
     settings: &Settings,
     watcher: Watcher<'_>,
-) -> Result<Driving, Error> {
-    let (mut dae, test, options, start) = one_way(scene, (body, settings), None, watcher)?;
+) -> Result<Coupled<[Vec<f64>; 2]>, Error> {
+    let starter = Starter { scene, checkpoint: None, watcher };
+    let (mut dae, (test, options), start) = starter.one_way(body, settings)?;
     let test = test.with_oscillators(&dae, tolerances(scene));
     let y = initial_state(scene, &dae, &start);
     let start = start::Consistent::consistent(&mut dae, 0.0, &y)?;
@@ -329,29 +330,6 @@ impl DrivenPlace {
         let probe = Probe::located_at(dae.muscle().solid.space(), self.at);
         dae.displacement_along(&probe, self.direction)
     }
-}
-
-fn coupled<B: CoupledBody>(
-    scene: &Scene,
-    mut dae: CoupledDae<B>,
-    test: ErrorTest,
-    options: CoupledOptions,
-    resumed: Option<Resumed<'_>>,
-    start: &[f64],
-) -> Result<Box<dyn Integrator<CoupledDae<B>>>, Error> {
-    let test = test.with_oscillators(&dae, tolerances(scene));
-    let steps = scene.file.integrator.steps;
-    Ok(match resumed {
-        None => {
-            let y = initial_state(scene, &dae, start);
-            start_coupled(dae, test, options, scene.t_end, &y)?
-        }
-        Some(resumed) => {
-            let [y, y_dot] = resumed.values(&mut dae)?;
-            let options = options.with_steps(StepOptions { initial_step: resumed.step, ..steps });
-            start_coupled_from(dae, test, options, [resumed.t, scene.t_end], &y, &y_dot)?
-        }
-    })
 }
 
 /// Returns the initial state of a body and its oscillators. `body` contains the unknowns of the body; if it is empty,
