@@ -34,9 +34,9 @@ fn and_more(n: usize) -> String {
 impl Builder<'_> {
     /// Creates the body of a scene, if it has one. Rejects a scene that has nothing to compute, or both a body and a
     /// rod.
-    pub(super) fn body_of(&self, file: &SceneFile) -> Result<Option<Body>, InputError> {
-        let body = match (&file.mesh, &file.solid) {
-            (Some(mesh), Some(solid)) => Some(self.body(file, mesh, solid)?),
+    pub(super) fn body_of(&self) -> Result<Option<Body>, InputError> {
+        let body = match (&self.file.mesh, &self.file.solid) {
+            (Some(mesh), Some(solid)) => Some(self.body(mesh, solid)?),
             (None, None) => None,
             (Some(_), None) => {
                 let error = InputError::new("a scene with a mesh needs a [solid] table")
@@ -49,14 +49,14 @@ impl Builder<'_> {
                 return Err(self.wrong("solid", error));
             }
         };
-        if body.is_none() && file.rod.is_none() && file.chain.is_empty() {
+        if body.is_none() && self.file.rod.is_none() && self.file.chain.is_empty() {
             return Err(self.wrong(
                 "",
                 InputError::new("the scene has nothing to compute")
                     .allowed("a [mesh] with [solid], a [rod], or a [[chain]]"),
             ));
         }
-        if let (Some(_), Some(_)) = (&body, &file.rod) {
+        if let (Some(_), Some(_)) = (&body, &self.file.rod) {
             let error = InputError::new("a scene has either a muscle or a rod, not both")
                 .next("remove [rod], or [mesh] with [solid]");
             return Err(self.wrong("rod", error));
@@ -65,36 +65,31 @@ impl Builder<'_> {
     }
 
     /// Creates the body of a scene with its loads, formulation and settings.
-    fn body(
-        &self,
-        file: &SceneFile,
-        mesh: &mesh::Mesh,
-        solid: &solid::Solid,
-    ) -> Result<Body, InputError> {
-        let mesh = self.mesh(mesh, &file.region, &file.group)?;
-        let parameters = self.parameters(file, solid)?;
-        let formulation = self.formulation(file, solid, &parameters)?;
-        let materials = self.materials(file, &mesh)?;
+    fn body(&self, mesh: &mesh::Mesh, solid: &solid::Solid) -> Result<Body, InputError> {
+        let mesh = self.mesh(mesh)?;
+        let parameters = self.parameters(solid)?;
+        let formulation = self.formulation(solid, &parameters)?;
+        let materials = self.materials(&mesh)?;
         self.check_complete(&materials.laws, formulation)?;
         let regions = materials.regions.clone();
         let own: Vec<Parameters> = regions.iter().map(|region| parameters[*region]).collect();
-        let (space, supports, dofs) = self.space(file, &mesh, &materials, &parameters[0])?;
+        let (space, supports, dofs) = self.space(&mesh, &materials, &parameters[0])?;
         let dimension = space.dimension();
-        let (loads, force) = self.loads(file, &space, &materials.densities)?;
+        let (loads, force) = self.loads(&space, &materials.densities)?;
         let (mut load_keys, loads): (Vec<String>, _) = loads.into_iter().unzip();
         let fibers = materials.fibers.as_ref();
         let unresolved_fibers = fibers.map_or(0, |fibers| fibers.unresolved(&mesh));
         let has_fibers = fibers.is_some();
-        let Added { stresses, activations, tension_factors } = self.added(file, &mesh, &regions)?;
-        let (solid, opposed_fibers) = self.solid(file, (space, dofs), &stresses, materials)?;
-        let function = self.volume_function(file.solid.as_ref(), &parameters[0])?;
+        let Added { stresses, activations, tension_factors } = self.added(&mesh, &regions)?;
+        let function = self.volume_function(solid, &parameters[0])?;
+        let (solid, opposed_fibers) = self.solid((space, dofs), &stresses, materials)?;
         let solid = self.at("solid.volumetric_energy", solid.with_volume_function(function))?;
         let relaxes = !solid.relaxation_regions().is_empty();
         let body = self.at("material", Muscle::graded(solid, &own))?;
-        let (surface_loads, harmonic) = self.surface_loads(file, &body.solid)?;
+        let (surface_loads, harmonic) = self.surface_loads(&body.solid)?;
         let (keys, surface_loads): (Vec<String>, _) = surface_loads.into_iter().unzip();
         load_keys.extend(keys);
-        let forces = file.contact.iter().enumerate();
+        let forces = self.file.contact.iter().enumerate();
         let forces = forces.filter(|(_, contact)| contact.force.is_some());
         load_keys.extend(forces.clone().map(|(i, _)| format!("contact[{i}].force")));
         let follows_force = forces.count() > 0;
@@ -105,7 +100,7 @@ impl Builder<'_> {
         let prescribed = supports.into_iter().filter_map(|(place, support)| {
             Some(Prescribed { component: component(place), signal: support.signal? })
         });
-        let linear_solver = match act_on_own_elements(file) || relaxes || follows_force {
+        let linear_solver = match act_on_own_elements(self.file) || relaxes || follows_force {
             true => LinearSolverKind::Condensed,
             // Otherwise, oscillators act on elements that do not drive them.
             false => LinearSolverKind::Full,
@@ -113,20 +108,19 @@ impl Builder<'_> {
         let mut muscle = Muscle {
             loads,
             surface_loads,
-            contacts: self.contacts(file, &body.solid)?,
+            contacts: self.contacts(&body.solid)?,
             prescribed: prescribed.collect(),
-            foundations: self.foundations(file, &body.solid)?,
+            foundations: self.foundations(&body.solid)?,
             activations,
             tension_factors,
             ..body
         };
-        let start = self.start(file, Some(&muscle))?;
-        let mut settings =
-            self.settings(&file.integrator, &muscle, &start, formulation, linear_solver);
-        if file.analysis == Analysis::QuasiStatic {
-            self.expect_no_jump(file, &muscle)?;
+        let start = self.start(Some(&muscle))?;
+        let mut settings = self.settings(&muscle, &start, formulation, linear_solver);
+        if self.file.analysis == Analysis::QuasiStatic {
+            self.expect_no_jump(&muscle)?;
             muscle.solid = muscle.solid.without_inertia();
-            if file.integrator.error_test.exclude.is_none() {
+            if self.file.integrator.error_test.exclude.is_none() {
                 // The velocity jumps where the slope of a load jumps.
                 settings.suppressed = vec![Field::Velocity];
             }
@@ -149,12 +143,11 @@ impl Builder<'_> {
     /// analysis.
     fn formulation(
         &self,
-        file: &SceneFile,
         solid: &solid::Solid,
         parameters: &[Parameters],
     ) -> Result<Formulation, InputError> {
         // All materials have the same kind of parameters as the first.
-        let is_quasi_static = file.analysis == Analysis::QuasiStatic;
+        let is_quasi_static = self.file.analysis == Analysis::QuasiStatic;
         let formulation = solid.formulation.unwrap_or_else(|| match is_quasi_static {
             true => Formulation::Position,
             false => suited(&parameters[0]),
@@ -169,13 +162,12 @@ impl Builder<'_> {
     /// Creates the finite element space of the body, its supports and its degrees of freedom.
     fn space(
         &self,
-        file: &SceneFile,
         mesh: &Mesh,
         materials: &Materials,
         parameters: &Parameters,
     ) -> Result<(Arc<Space>, Supports, DofMap), InputError> {
         let space = self.at("material", taylor_hood(mesh, &materials.regions))?;
-        let supports = self.supports(file, &space)?;
+        let supports = self.supports(&space)?;
         let components: Vec<(usize, usize)> = supports.keys().copied().collect();
         let dofs = self.at("fixed", DofMap::new(&space, &components))?;
         if !parameters.is_incompressible() {
@@ -187,7 +179,7 @@ impl Builder<'_> {
                     .next("fix or move fewer groups, or use a finite bulk_modulus");
             return Err(self.wrong("fixed", error));
         }
-        let space = self.with_pressures_held(file, space, &dofs)?;
+        let space = self.with_pressures_held(space, &dofs)?;
         let space = self.with_independent_pressures(space, &dofs)?;
         Ok((space, supports, dofs))
     }
@@ -196,7 +188,6 @@ impl Builder<'_> {
     /// which the fiber directions of the vertices oppose each other.
     fn solid(
         &self,
-        file: &SceneFile,
         (space, dofs): (Arc<Space>, DofMap),
         stresses: &[(Vec<usize>, AddedStress)],
         materials: Materials,
@@ -215,7 +206,7 @@ impl Builder<'_> {
         if !stresses.is_empty() {
             solid = at(solid.with_added_stresses(stresses))?;
         }
-        let relaxing = self.relaxation(file, &regions)?;
+        let relaxing = self.relaxation(&regions)?;
         if !relaxing.is_empty() {
             solid = at(solid.with_relaxation(&relaxing))?;
         }
@@ -224,12 +215,7 @@ impl Builder<'_> {
 
     /// Ties undetermined pressures to neighboring pressures and adds a note. A pressure is undetermined if no
     /// displacement affects it.
-    fn with_pressures_held(
-        &self,
-        file: &SceneFile,
-        space: Space,
-        dofs: &DofMap,
-    ) -> Result<Space, InputError> {
+    fn with_pressures_held(&self, space: Space, dofs: &DofMap) -> Result<Space, InputError> {
         let (space, held) = space.with_held_pressures_tied(dofs);
         let place = |vertex: usize| written(space.node_point(vertex));
         if let Some(&vertex) = held.undetermined.first() {
@@ -239,7 +225,7 @@ impl Builder<'_> {
             ))
             .next("remove that part from the mesh, and fix or move its boundary instead")
             .next("or use a finite bulk_modulus");
-            return Err(self.wrong(&support_of(file, &space, vertex), error));
+            return Err(self.wrong(&support_of(self.file, &space, vertex), error));
         }
         if let Some(&vertex) = held.tied.first() {
             let more = and_more(held.tied.len());
@@ -283,11 +269,10 @@ impl Builder<'_> {
 
     fn volume_function(
         &self,
-        solid: Option<&solid::Solid>,
+        solid: &solid::Solid,
         parameters: &Parameters,
     ) -> Result<VolumeFunction, InputError> {
-        let energy = solid.map(|own| own.volumetric_energy).unwrap_or_default();
-        match energy {
+        match solid.volumetric_energy {
             VolumetricEnergy::Quadratic => Ok(VolumeFunction::Quadratic),
             VolumetricEnergy::Logarithmic if parameters.is_incompressible() => {
                 let error = InputError::new("an incompressible body has no volumetric energy")
@@ -300,15 +285,11 @@ impl Builder<'_> {
 
     /// Returns κ, α and β of each material, or of the body if there are no materials. κ must be infinite for all
     /// materials or for none, and β must be zero for all materials or for none.
-    fn parameters(
-        &self,
-        file: &SceneFile,
-        solid: &solid::Solid,
-    ) -> Result<Vec<Parameters>, InputError> {
+    fn parameters(&self, solid: &solid::Solid) -> Result<Vec<Parameters>, InputError> {
         let whole =
             Parameters::new(solid.rayleigh_mass, solid.rayleigh_stiffness, solid.bulk_modulus.0);
         let mut parameters = Vec::new();
-        for (i, own) in file.material.iter().enumerate() {
+        for (i, own) in self.file.material.iter().enumerate() {
             let one = Parameters::new(
                 own.rayleigh_mass.unwrap_or(solid.rayleigh_mass),
                 own.rayleigh_stiffness.unwrap_or(solid.rayleigh_stiffness),

@@ -9,11 +9,12 @@ use myovib_model::ModelError;
 
 use crate::InputError;
 use crate::inputs::Inputs;
-use crate::scene_file::Source;
 use crate::scene_file::check::{Problem, nearest, suggest};
+use crate::scene_file::{SceneFile, Source};
 
 /// Builder for the parts of a scene. Its errors include the location in the scene.
 pub(super) struct Builder<'a> {
+    pub(super) file: &'a SceneFile,
     pub(super) source: &'a Source,
     /// Files that are named in the scene.
     pub(super) inputs: &'a Inputs<'a>,
@@ -23,8 +24,9 @@ pub(super) struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    pub(super) fn new(source: &'a Source, inputs: &'a Inputs<'a>, t_end: f64) -> Self {
-        Self { source, inputs, t_end, notes: RefCell::default() }
+    pub(super) fn new(file: &'a SceneFile, source: &'a Source, inputs: &'a Inputs<'a>) -> Self {
+        let t_end = file.time.as_ref().map_or(0.0, |time| time.end);
+        Self { file, source, inputs, t_end, notes: RefCell::default() }
     }
 
     /// Reads `file`, which the scene names at `path`. Returns its content, and its name for messages.

@@ -43,7 +43,6 @@ impl Builder<'_> {
     /// are drawn.
     pub(super) fn places_of(
         &self,
-        file: &SceneFile,
         body: &Body,
         chain: &Chain,
         path: &str,
@@ -63,7 +62,7 @@ impl Builder<'_> {
             }
             Some(Place::Vertices { vertices }) => {
                 let wanted = |element: usize| match chain.component {
-                    Component::Named(ComponentName::Fiber) => has_fiber(file, body, element),
+                    Component::Named(ComponentName::Fiber) => has_fiber(self.file, body, element),
                     _ => true,
                 };
                 (self.vertices(space, vertices, wanted, &here)?, 0)
@@ -75,10 +74,7 @@ impl Builder<'_> {
         };
         let path = format!("{path}.component");
         let drive = |at: ElementPoint| {
-            Ok(DrivenPlace {
-                direction: self.direction(file, body, &chain.component, at, &path)?,
-                at,
-            })
+            Ok(DrivenPlace { direction: self.direction(body, &chain.component, at, &path)?, at })
         };
         Ok(Found { places: places.into_iter().map(drive).collect::<Result<_, _>>()?, outside })
     }
@@ -190,7 +186,6 @@ impl Builder<'_> {
     /// Returns the unit vector d for which the displacement d·u drives the chain at a position.
     fn direction(
         &self,
-        file: &SceneFile,
         body: &Body,
         component: &Component,
         at: ElementPoint,
@@ -205,17 +200,19 @@ impl Builder<'_> {
             Component::Named(ComponentName::X) => unit(0),
             Component::Named(ComponentName::Y) => unit(1),
             Component::Named(ComponentName::Z) => unit(2),
-            Component::Named(ComponentName::Fiber) => match has_fiber(file, body, at.element) {
-                true => Ok(solid.axes_at(&at).fiber),
-                false => {
-                    let probe = Probe::located_at(solid.space(), at);
-                    let error = InputError::new(format!(
-                        "the material at the chain's position ({}) has no fibers",
-                        written(probe.point())
-                    ));
-                    Err(self.wrong(path, error.next(GIVE_FIBER)))
+            Component::Named(ComponentName::Fiber) => {
+                match has_fiber(self.file, body, at.element) {
+                    true => Ok(solid.axes_at(&at).fiber),
+                    false => {
+                        let probe = Probe::located_at(solid.space(), at);
+                        let error = InputError::new(format!(
+                            "the material at the chain's position ({}) has no fibers",
+                            written(probe.point())
+                        ));
+                        Err(self.wrong(path, error.next(GIVE_FIBER)))
+                    }
                 }
-            },
+            }
             Component::Along(vector) => {
                 let vector = self.vector(vector, solid.space().mesh(), path)?;
                 let length = vector.iter().map(|x| x * x).sum::<f64>().sqrt();

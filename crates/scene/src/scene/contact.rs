@@ -10,7 +10,7 @@ use crate::scene::supports::NAMES;
 use crate::scene_file::contact::{Method, Obstacle};
 use crate::scene_file::function::Function;
 use crate::scene_file::loading::PathMethod;
-use crate::scene_file::{self, Analysis, SceneFile};
+use crate::scene_file::{self, Analysis};
 
 /// Distance, relative to the size of the coordinates, within which an obstacle counts as touching the body. Coordinates
 /// with six digits reproduce positions within this distance.
@@ -20,26 +20,22 @@ const ROUNDING: f64 = 1e-6;
 const FORCE_TIMES: u32 = 97;
 
 impl Builder<'_> {
-    pub(super) fn contacts(
-        &self,
-        file: &SceneFile,
-        solid: &Solid,
-    ) -> Result<Vec<Contact>, InputError> {
+    pub(super) fn contacts(&self, solid: &Solid) -> Result<Vec<Contact>, InputError> {
         let dimension = solid.space().dimension();
-        let contacts = file.contact.iter().enumerate();
+        let contacts = self.file.contact.iter().enumerate();
         contacts
             .map(|(i, contact)| {
                 let path = format!("contact[{i}]");
                 let is_second = |other: &scene_file::contact::Contact| {
                     other.force.is_some() && other.group == contact.group
                 };
-                if contact.force.is_some() && file.contact[..i].iter().any(is_second) {
+                if contact.force.is_some() && self.file.contact[..i].iter().any(is_second) {
                     let error = InputError::new("two forces press obstacles against this group")
                         .next("select a separate group for each obstacle");
                     return Err(self.wrong(&format!("{path}.group"), error));
                 }
                 let motion = match &contact.force {
-                    Some(force) => self.driven_obstacle(file, contact, force, dimension, &path)?,
+                    Some(force) => self.driven_obstacle(contact, force, dimension, &path)?,
                     None => self.given_motion(contact, dimension, &path)?,
                 };
                 let obstacle = self.obstacle(&contact.obstacle, dimension, &path)?;
@@ -56,11 +52,11 @@ impl Builder<'_> {
                         .next("the normal of a plane points from the obstacle to the body; the group must face the obstacle");
                     return Err(self.wrong(&side_key, error));
                 }
-                let contact = match self.friction(file, i)? {
+                let contact = match self.friction(i)? {
                     Some(friction) => contact.with_friction(friction),
                     None => contact,
                 };
-                let contact = match self.is_augmented(file, i)? {
+                let contact = match self.is_augmented(i)? {
                     true => contact.augmented(),
                     false => contact,
                 };
@@ -80,8 +76,8 @@ impl Builder<'_> {
             .collect()
     }
 
-    fn friction(&self, file: &SceneFile, i: usize) -> Result<Option<Friction>, InputError> {
-        let contact = &file.contact[i];
+    fn friction(&self, i: usize) -> Result<Option<Friction>, InputError> {
+        let contact = &self.file.contact[i];
         let path = |key: &str| format!("contact[{i}].{key}");
         match (contact.friction, contact.slip_velocity) {
             (0.0, None) => Ok(None),
@@ -90,7 +86,7 @@ impl Builder<'_> {
                 let error = error.next("add `friction`, or remove `slip_velocity`");
                 Err(self.wrong(&path("slip_velocity"), error))
             }
-            _ if !file.analysis.is_in_time() => {
+            _ if !self.file.analysis.is_in_time() => {
                 let error = InputError::new("this analysis does not support friction");
                 let error = error.next("use analysis = \"quasi-static\" or \"dynamic\"");
                 Err(self.wrong(&path("friction"), error))
@@ -105,17 +101,17 @@ impl Builder<'_> {
     }
 
     /// Returns whether contact `i` uses augmented Lagrange multipliers.
-    fn is_augmented(&self, file: &SceneFile, i: usize) -> Result<bool, InputError> {
-        let path = file.loading_path.as_ref();
+    fn is_augmented(&self, i: usize) -> Result<bool, InputError> {
+        let path = self.file.loading_path.as_ref();
         let is_by_arc = path.is_some_and(|path| path.method == PathMethod::ArcLength);
         let wrong = |what: &str| {
             let error =
                 InputError::new(what).next("use method = \"penalty\" and raise `stiffness`");
             Err(self.wrong(&format!("contact[{i}].method"), error))
         };
-        match file.contact[i].method {
+        match self.file.contact[i].method {
             Method::Penalty => Ok(false),
-            _ if file.analysis != Analysis::Static => {
+            _ if self.file.analysis != Analysis::Static => {
                 wrong("augmented Lagrange multipliers require analysis = \"static\"")
             }
             _ if is_by_arc => wrong(
@@ -156,14 +152,13 @@ impl Builder<'_> {
 
     fn driven_obstacle(
         &self,
-        file: &SceneFile,
         contact: &scene_file::contact::Contact,
         force: &Function,
         dimension: usize,
         path: &str,
     ) -> Result<ObstacleMotion, InputError> {
         let of_force = format!("{path}.force");
-        if file.analysis != Analysis::Static && !file.analysis.is_in_time() {
+        if self.file.analysis != Analysis::Static && !self.file.analysis.is_in_time() {
             let error =
                 InputError::new("this analysis does not support obstacles driven by a force")
                     .next("give the displacement of the obstacle as x, y, z");
@@ -189,12 +184,12 @@ impl Builder<'_> {
             [..dimension]
             .to_vec();
         let signal = self.signal(force, &of_force)?;
-        if file.analysis == Analysis::Dynamic && signal.lowest_jump() == 0 {
+        if self.file.analysis == Analysis::Dynamic && signal.lowest_jump() == 0 {
             let error = InputError::new("the force on a massless obstacle must not jump")
                 .next("give the step a `rise`");
             return Err(self.wrong(&of_force, error));
         }
-        let value = match file.analysis.is_in_time() {
+        let value = match self.file.analysis.is_in_time() {
             // The integrator also checks the force at all times, but only this check can report the key.
             true => (0..=FORCE_TIMES)
                 .map(|i| signal.at(self.t_end * f64::from(i) / f64::from(FORCE_TIMES)).value)

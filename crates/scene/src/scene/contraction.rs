@@ -58,14 +58,9 @@ fn chain_of_tension(material: &Material) -> Option<&str> {
 impl Builder<'_> {
     /// Returns active and viscous stresses of the materials. `regions` contains the material of
     /// each element.
-    pub(super) fn added(
-        &self,
-        file: &SceneFile,
-        mesh: &Mesh,
-        regions: &[usize],
-    ) -> Result<Added, InputError> {
+    pub(super) fn added(&self, mesh: &Mesh, regions: &[usize]) -> Result<Added, InputError> {
         let Added { mut stresses, mut activations, mut tension_factors } = Added::default();
-        for (i, material) in file.material.iter().enumerate() {
+        for (i, material) in self.file.material.iter().enumerate() {
             let viscosity = material.viscosity.unwrap_or(0.0);
             if material.active.is_none() && viscosity == 0.0 {
                 continue;
@@ -73,7 +68,7 @@ impl Builder<'_> {
             let path = format!("material[{i}]");
             let of_region = |element: &usize| regions[*element] == i;
             let members: Vec<usize> = (0..regions.len()).filter(of_region).collect();
-            let refused = material.active.is_some() || file.analysis != Analysis::Response;
+            let refused = material.active.is_some() || self.file.analysis != Analysis::Response;
             let refused = refused && material.law.law.is_linear();
             if let (true, Some(&element)) = (refused, members.first()) {
                 self.at(&path, Err(FemError::AddedToSmallStrain { element }))?;
@@ -87,7 +82,7 @@ impl Builder<'_> {
                     return Err(self.wrong(&path, error));
                 }
                 stress.active = Some(self.active_stress(active, &path)?);
-                let activation = self.activation(file, active, &path)?;
+                let activation = self.activation(active, &path)?;
                 if let Some(factor) = &active.spatial_factor {
                     if !matches!(activation, Activation::Given(_)) {
                         let error = InputError::new(
@@ -148,11 +143,10 @@ impl Builder<'_> {
     /// Returns the Prony terms and springpots of the materials, each with the elements to which they apply.
     pub(super) fn relaxation(
         &self,
-        file: &SceneFile,
         regions: &[usize],
     ) -> Result<Vec<(Vec<usize>, Prony)>, InputError> {
         let mut relaxing = Vec::new();
-        for (i, material) in file.material.iter().enumerate() {
+        for (i, material) in self.file.material.iter().enumerate() {
             let terms = material.prony.as_deref().unwrap_or_default();
             let path = format!("material[{i}].prony");
             for (k, term) in terms.iter().enumerate() {
@@ -163,13 +157,13 @@ impl Builder<'_> {
             let mut prony = self.at(&path, prony)?;
             if let Some(springpot) = &material.springpot {
                 let path = format!("material[{i}].springpot");
-                let springpot = self.springpot(file, material, springpot, &path)?;
+                let springpot = self.springpot(material, springpot, &path)?;
                 prony = self.at(&path, prony.with_springpot(springpot))?;
             }
             if prony.is_empty() {
                 continue;
             }
-            if material.law.law.is_linear() && file.analysis != Analysis::Response {
+            if material.law.law.is_linear() && self.file.analysis != Analysis::Response {
                 let error =
                     InputError::new("Prony terms require a finite-strain law in this analysis")
                         .next("choose a finite-strain law, or Rayleigh damping");
@@ -184,12 +178,11 @@ impl Builder<'_> {
     /// Returns the springpot of a material relative to the shear modulus of its law.
     fn springpot(
         &self,
-        file: &SceneFile,
         material: &Material,
         springpot: &scene_file::material::Springpot,
         path: &str,
     ) -> Result<Springpot, InputError> {
-        if file.analysis.is_in_time() || file.analysis == Analysis::Periodic {
+        if self.file.analysis.is_in_time() || self.file.analysis == Analysis::Periodic {
             let error = InputError::new("springpots are not supported in the time domain")
                 .next("compute a response, or use `prony` in a dynamic analysis");
             return Err(self.wrong(path, error));
@@ -224,12 +217,7 @@ impl Builder<'_> {
         Ok(stress)
     }
 
-    fn activation(
-        &self,
-        file: &SceneFile,
-        active: &Active,
-        path: &str,
-    ) -> Result<Activation, InputError> {
+    fn activation(&self, active: &Active, path: &str) -> Result<Activation, InputError> {
         match active.tension {
             Tension::Coherence { at_zero_coherence, .. } => {
                 Ok(Activation::Coherence { unsynchronized: at_zero_coherence })
@@ -241,7 +229,7 @@ impl Builder<'_> {
                 Ok(Activation::Given(signal))
             }
             Tension::Bestel { contractility, rise, decay, systole, diastole, width } => {
-                if file.analysis == Analysis::Static {
+                if self.file.analysis == Analysis::Static {
                     let error = InputError::new(
                         "Bestel's tension requires a dynamic analysis: it starts at 0",
                     )
@@ -279,12 +267,8 @@ impl Builder<'_> {
     }
 
     /// Returns the elastic foundations of the boundary, followed by the springs.
-    pub(super) fn foundations(
-        &self,
-        file: &SceneFile,
-        solid: &Solid,
-    ) -> Result<Vec<RobinSupport>, InputError> {
-        let foundations = file.elastic_foundation.iter().enumerate();
+    pub(super) fn foundations(&self, solid: &Solid) -> Result<Vec<RobinSupport>, InputError> {
+        let foundations = self.file.elastic_foundation.iter().enumerate();
         let foundations = foundations.map(|(i, foundation)| {
             let path = format!("elastic_foundation[{i}]");
             let constants = [foundation.stiffness, foundation.damping];
@@ -296,7 +280,7 @@ impl Builder<'_> {
             let foundation = RobinSupport::new(solid, &foundation.group, along, constants);
             self.at(&format!("{path}.group"), foundation)
         });
-        let springs = file.spring.iter().enumerate().map(|(i, spring)| {
+        let springs = self.file.spring.iter().enumerate().map(|(i, spring)| {
             let path = format!("spring[{i}]");
             let constants = [spring.stiffness, spring.damping];
             self.expect_effect("a spring", constants, ["N/m", "N·s/m"], &path)?;

@@ -10,7 +10,6 @@ use myovib_oscillators::SmoothCoherence;
 use super::builder::Builder;
 use super::{Body, DrivenChain};
 use crate::InputError;
-use crate::scene_file::SceneFile;
 use crate::scene_file::active::Tension;
 use crate::scene_file::chain::Place;
 
@@ -19,14 +18,13 @@ impl Builder<'_> {
     /// then the tensions.
     pub(super) fn feedbacks(
         &self,
-        file: &SceneFile,
         body: Option<&Body>,
         chains: &[DrivenChain],
     ) -> Result<Vec<Feedback>, InputError> {
-        let places = self.shared_places(file, chains)?;
+        let places = self.shared_places(chains)?;
         let mut shared = 0..;
         let mut feedbacks = Vec::new();
-        for (i, wanted) in file.feedback.iter().enumerate() {
+        for (i, wanted) in self.file.feedback.iter().enumerate() {
             let path = format!("feedback[{i}]");
             let Some(body) = body else {
                 let error = InputError::new("a feedback requires a body")
@@ -54,7 +52,7 @@ impl Builder<'_> {
                     Feedback::of_one_place(&shares(mesh, &places, place))
                 }
             };
-            self.nothing_relaxes(file, body, &weights, &path)?;
+            self.nothing_relaxes(body, &weights, &path)?;
             feedbacks.push(Feedback {
                 network,
                 coherence: self.coherence(wanted.rest_amplitude, &path)?,
@@ -65,7 +63,7 @@ impl Builder<'_> {
             });
         }
         if let Some(body) = body {
-            self.add_tensions(file, body, chains, &mut feedbacks)?;
+            self.add_tensions(body, chains, &mut feedbacks)?;
         }
         Ok(feedbacks)
     }
@@ -74,7 +72,6 @@ impl Builder<'_> {
     /// constant coefficients. It does not define H if the stiffness changes at rest.
     fn nothing_relaxes(
         &self,
-        file: &SceneFile,
         body: &Body,
         weights: &[Vec<(usize, f64)>],
         path: &str,
@@ -83,7 +80,7 @@ impl Builder<'_> {
         let corners = weights.iter().flatten().map(|(corner, _)| corner);
         let mut regions = corners.map(|corner| body.regions[corner / n_vertices]);
         let relaxes = |region: &usize| {
-            let prony = file.material.get(*region).and_then(|own| own.prony.as_ref());
+            let prony = self.file.material.get(*region).and_then(|own| own.prony.as_ref());
             prony.is_some_and(|terms| !terms.is_empty())
         };
         let Some(region) = regions.find(relaxes) else {
@@ -104,13 +101,12 @@ impl Builder<'_> {
     /// Adds the feedbacks of materials whose tension follows a chain.
     fn add_tensions(
         &self,
-        file: &SceneFile,
         body: &Body,
         chains: &[DrivenChain],
         feedbacks: &mut Vec<Feedback>,
     ) -> Result<(), InputError> {
         let solid = &body.muscle.solid;
-        let materials = file.material.iter().enumerate();
+        let materials = self.file.material.iter().enumerate();
         let active = materials.filter_map(|(i, material)| Some((i, material.active.as_ref()?)));
         // Each active material has an activation, and both lists have the same order.
         for ((i, active), (number, _)) in active.zip(&body.muscle.activations) {
@@ -168,12 +164,8 @@ impl Builder<'_> {
     }
 
     /// Returns the positions of the chains whose feedbacks act jointly on the whole body.
-    fn shared_places(
-        &self,
-        file: &SceneFile,
-        chains: &[DrivenChain],
-    ) -> Result<Vec<Vec<f64>>, InputError> {
-        let everywhere = file.feedback.iter().enumerate();
+    fn shared_places(&self, chains: &[DrivenChain]) -> Result<Vec<Vec<f64>>, InputError> {
+        let everywhere = self.file.feedback.iter().enumerate();
         let mut places = Vec::new();
         for (i, feedback) in everywhere.filter(|(_, feedback)| feedback.group.is_none()) {
             let path = format!("feedback[{i}]");

@@ -59,24 +59,24 @@ pub(crate) fn runs_at_once(file: &SceneFile) -> NonZeroUsize {
 
 impl Builder<'_> {
     /// Rejects excessive output, and an end time that is too small to be divided into samples.
-    pub(super) fn limits(&self, file: &SceneFile) -> Result<(), InputError> {
-        if file.time.is_some() && !(self.t_end / DRIFT_SAMPLES).is_normal() {
+    pub(super) fn limits(&self) -> Result<(), InputError> {
+        if self.file.time.is_some() && !(self.t_end / DRIFT_SAMPLES).is_normal() {
             let error = InputError::new("the end time is too small to be divided into samples")
                 .found(format!("{:e} s", self.t_end))
                 .allowed("a longer time in s");
             return Err(self.wrong("time.end", error));
         }
-        if file.probe.len() > MAX_PROBES {
+        if self.file.probe.len() > MAX_PROBES {
             let error = InputError::new("the scene has too many probes")
-                .found(file.probe.len())
+                .found(self.file.probe.len())
                 .allowed(format!("at most {MAX_PROBES}: each keeps a file open"))
                 .next("use lines of points, or write fields");
             return Err(self.wrong(&format!("probe[{MAX_PROBES}]"), error));
         }
         if let Some(files) = open_files() {
             let most = files.saturating_sub(OTHER_FILES);
-            if file.probe.len() > most {
-                let n = file.probe.len();
+            if self.file.probe.len() > most {
+                let n = self.file.probe.len();
                 let error =
                     InputError::new("each probe keeps a file open; the system allows fewer files")
                         .found(format!("{n} probes"))
@@ -90,13 +90,13 @@ impl Builder<'_> {
                 return Err(self.wrong(&format!("probe[{most}]"), error));
             }
         }
-        for (i, probe) in file.probe.iter().enumerate() {
+        for (i, probe) in self.file.probe.iter().enumerate() {
             self.count(&format!("probe[{i}].interval"), probe.interval, MAX_ROWS, "rows")?;
         }
-        if let Some(fields) = &file.fields {
+        if let Some(fields) = &self.file.fields {
             self.count("fields.interval", fields.interval, MAX_FILES, "files")?;
         }
-        if let Some(checkpoint) = &file.checkpoint {
+        if let Some(checkpoint) = &self.file.checkpoint {
             self.count("checkpoint.interval", checkpoint.interval, MAX_FILES, "checkpoints")?;
         }
         Ok(())

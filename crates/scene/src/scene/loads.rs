@@ -9,7 +9,6 @@ use num_complex::Complex64;
 use super::builder::Builder;
 use super::supports::Component;
 use crate::InputError;
-use crate::scene_file::SceneFile;
 use crate::scene_file::solid::{BodyForce, Traction};
 
 /// Loads, each with the key of its component in the scene.
@@ -22,7 +21,6 @@ impl Builder<'_> {
     /// tractions, then for the body forces and point forces. `densities` contains one value per element.
     pub(super) fn loads(
         &self,
-        file: &SceneFile,
         space: &Space,
         densities: &[f64],
     ) -> Result<(Keyed<Load>, Vec<Complex64>), InputError> {
@@ -41,7 +39,7 @@ impl Builder<'_> {
             }
             Ok(())
         };
-        for (i, traction) in file.traction.iter().enumerate() {
+        for (i, traction) in self.file.traction.iter().enumerate() {
             let path = format!("traction[{i}]");
             let given = [&traction.x, &traction.y, &traction.z];
             let harmonic = traction.response.as_ref();
@@ -54,7 +52,7 @@ impl Builder<'_> {
                 add(&unit, &component)?;
             }
         }
-        for (i, force) in file.body_force.iter().enumerate() {
+        for (i, force) in self.file.body_force.iter().enumerate() {
             let path = format!("body_force[{i}]");
             let members = self.elements(force.group.as_deref(), space.mesh(), &path)?;
             let mut own = vec![0.0; densities.len()];
@@ -72,7 +70,7 @@ impl Builder<'_> {
                 add(&unit, &component)?;
             }
         }
-        for (i, force) in file.point_force.iter().enumerate() {
+        for (i, force) in self.file.point_force.iter().enumerate() {
             let path = format!("point_force[{i}]");
             let point = self.point(space, &force.at, &path)?;
             let given = [&force.x, &force.y, &force.z];
@@ -143,11 +141,10 @@ impl Builder<'_> {
     /// amplitudes of their harmonic parts.
     pub(super) fn surface_loads(
         &self,
-        file: &SceneFile,
         solid: &Solid,
     ) -> Result<(Keyed<SurfaceLoad>, Vec<Harmonic>), InputError> {
         let (mut loads, mut harmonic) = (Vec::new(), Vec::new());
-        for (path, load) in file.surface_loads.all() {
+        for (path, load) in self.file.surface_loads.all() {
             let key = format!("{path}.value");
             let signal = self.signal(load.value, &key)?;
             let operator = self.at(&format!("{path}.group"), load.kind.operator(solid))?;

@@ -9,7 +9,6 @@ use myovib_fem::{FemError, Fibers, Group, Law, Mesh};
 
 use super::builder::Builder;
 use crate::InputError;
-use crate::scene_file::SceneFile;
 use crate::scene_file::material::{Direction, Material};
 use crate::scene_file::solid::SpatialFactor;
 
@@ -31,10 +30,10 @@ pub(super) struct Materials {
 impl Builder<'_> {
     /// Returns the laws, densities and fibers of the elements. A material without a group applies to the elements that
     /// no other material covers.
-    pub(super) fn materials(&self, file: &SceneFile, mesh: &Mesh) -> Result<Materials, InputError> {
+    pub(super) fn materials(&self, mesh: &Mesh) -> Result<Materials, InputError> {
         let mut given: Vec<Option<usize>> = vec![None; mesh.n_elements()];
         let (mut fibers, mut factors) = (None, None);
-        let numbered = || file.material.iter().enumerate();
+        let numbered = || self.file.material.iter().enumerate();
         let of_groups = numbered().filter(|(_, material)| material.group.is_some());
         let of_the_rest = numbered().filter(|(_, material)| material.group.is_none());
         if let Some((i, _)) = of_the_rest.clone().nth(1) {
@@ -95,8 +94,8 @@ impl Builder<'_> {
             );
             self.wrong("material", error)
         })?;
-        let of = |region: &usize| &file.material[*region];
-        let laws = (0..file.material.len()).map(|i| self.law(file, i));
+        let of = |region: &usize| &self.file.material[*region];
+        let laws = (0..self.file.material.len()).map(|i| self.law(i));
         let laws = laws.collect::<Result<Vec<Law>, _>>()?;
         Ok(Materials {
             laws: regions.iter().map(|region| laws[*region]).collect(),
@@ -107,13 +106,13 @@ impl Builder<'_> {
         })
     }
 
-    fn law(&self, file: &SceneFile, i: usize) -> Result<Law, InputError> {
-        let material = &file.material[i];
+    fn law(&self, i: usize) -> Result<Law, InputError> {
+        let material = &self.file.material[i];
         match self.at(&format!("material[{i}].stress_scale"), material.stiffened())? {
             // Viscous stresses require a law for finite strains. At rest, such a law is equivalent to the law for small
             // strains.
             Law::SmallStrain { shear_modulus } if material.is_viscous() => {
-                self.expect_rest(file, &format!("material[{i}]"))?;
+                self.expect_rest(&format!("material[{i}]"))?;
                 Ok(Law::MooneyRivlin { c10: 0.5 * shear_modulus, c01: 0.0 })
             }
             law => Ok(law),

@@ -4,7 +4,6 @@ use myovib_fem::{Group, Mesh, generate};
 
 use super::builder::Builder;
 use crate::InputError;
-use crate::scene_file::group;
 use crate::scene_file::mesh::{self, MeshSource, Region, Resolution};
 
 /// Mesh of the muscle in the reproduced paper.
@@ -18,12 +17,7 @@ const MAX_ELEMENTS: usize = 4_000_000;
 
 impl Builder<'_> {
     /// Returns the refined mesh with each region as a separate group, and with the selected groups.
-    pub(super) fn mesh(
-        &self,
-        mesh: &mesh::Mesh,
-        regions: &[Region],
-        selected: &[group::Group],
-    ) -> Result<Mesh, InputError> {
+    pub(super) fn mesh(&self, mesh: &mesh::Mesh) -> Result<Mesh, InputError> {
         if let MeshSource::Spindle { cells }
         | MeshSource::Rectangle { cells, .. }
         | MeshSource::Beam { cells, .. }
@@ -65,10 +59,10 @@ impl Builder<'_> {
         self.check_size(product(coarse.n_elements(), &vec![parts; mesh.refine as usize]))?;
         let refined = (0..mesh.refine).try_fold(coarse, |mesh, _| mesh.refined());
         let mesh = self.at("mesh.refine", refined)?;
-        let mesh = regions.iter().enumerate().try_fold(mesh, |mesh, (i, region)| {
+        let mesh = self.file.region.iter().enumerate().try_fold(mesh, |mesh, (i, region)| {
             self.with_region(&mesh, region, &format!("region[{i}]"))
         })?;
-        selected.iter().enumerate().try_fold(mesh, |mesh, (i, group)| {
+        self.file.group.iter().enumerate().try_fold(mesh, |mesh, (i, group)| {
             self.with_group(&mesh, group, &format!("group[{i}]"))
         })
     }

@@ -55,12 +55,12 @@ use builtin::SCENES;
 use crate::InputError;
 use crate::inputs::{Input, Inputs};
 use crate::probe::{Reading, Systems};
-use crate::scene_file::check::{nearest, suggest};
+use crate::scene_file::check::{Problem, nearest, suggest};
 use crate::scene_file::integrator::ChainSteps;
 use crate::scene_file::output::Probe;
 use crate::scene_file::{self, Analysis, SceneFile, Source};
 use crate::text::utf8;
-use builder::Builder;
+use builder::{Builder, Explain};
 pub(crate) use settings::absolute_tolerances;
 pub(crate) use start::Start;
 pub(crate) use supports::{NAMES, index as axis_index};
@@ -368,8 +368,7 @@ impl Scene {
     /// # Errors
     /// Returns the error of the model with an explanation.
     pub fn at<T>(&self, path: &str, result: Result<T, ModelError>) -> Result<T, InputError> {
-        let inputs = Inputs::new(Path::new(""));
-        Builder::new(&self.source, &inputs, self.t_end).at(path, result)
+        result.map_err(|error| self.wrong(path, error.explain()))
     }
 
     /// Returns the readings of the probes. For a response, quantities without an amplitude are omitted.
@@ -428,8 +427,7 @@ impl Scene {
 
     /// Adds the location of the value at `path` to the error.
     pub(crate) fn wrong(&self, path: &str, error: InputError) -> InputError {
-        let inputs = Inputs::new(Path::new(""));
-        Builder::new(&self.source, &inputs, self.t_end).wrong(path, error)
+        self.source.report(Problem::new(path, error))
     }
 
     /// Builds a scene from its text. File names in the text are relative to `folder`.
@@ -443,14 +441,16 @@ impl Scene {
         folder: &Path,
     ) -> Result<Self, InputError> {
         let scene_file::Read { scene: mut file, source } = scene_file::read(name, text, overrides)?;
-        let t_end = file.time.as_ref().map_or(0.0, |time| time.end);
         let inputs = Inputs::new(folder);
-        let builder = Builder::new(&source, &inputs, t_end);
-        builder.limits(&file)?;
-        builder.integrator(&file)?;
-        if file.analysis == Analysis::Periodic {
-            builder.without_bdf(&mut file.integrator);
-        }
+        let given = Builder::new(&file, &source, &inputs);
+        given.limits()?;
+        given.integrator()?;
+        let note = match file.analysis {
+            Analysis::Periodic => periodic::without_bdf(&mut file.integrator),
+            _ => None,
+        };
+        let builder = Builder::new(&file, &source, &inputs);
+        builder.notes.borrow_mut().extend(note);
         match file.analysis {
             analysis if analysis.is_in_time() && file.time.is_none() => {
                 let error = InputError::new("the analysis requires a time interval")
@@ -458,28 +458,28 @@ impl Scene {
                     .next("or set `analysis` to \"static\", \"modes\" or \"response\"");
                 return Err(builder.wrong("", error));
             }
-            Analysis::QuasiStatic => builder.quasi_static(&file)?,
+            Analysis::QuasiStatic => builder.quasi_static()?,
             Analysis::Static | Analysis::Dynamic | Analysis::Modes | Analysis::Periodic => {}
-            Analysis::Response => builder.response(&file)?,
+            Analysis::Response => builder.response()?,
         }
-        let body = builder.body_of(&file)?;
+        let body = builder.body_of()?;
         let rod = file.rod.as_ref().map(|rod| builder.rod(rod)).transpose()?;
-        let chains = builder.chains(&file, body.as_ref())?;
-        let feedbacks = builder.feedbacks(&file, body.as_ref(), &chains)?;
-        builder.chain_steps(&file, &feedbacks)?;
+        let chains = builder.chains(body.as_ref())?;
+        let feedbacks = builder.feedbacks(body.as_ref(), &chains)?;
+        builder.chain_steps(&feedbacks)?;
         if body.is_none() {
-            builder.start(&file, None)?;
+            builder.start(None)?;
         }
-        builder.driven(&file, body.as_ref())?;
+        builder.driven(body.as_ref())?;
         let repetition = match file.analysis {
-            Analysis::Periodic => Some(builder.periodic(&file, body.as_ref(), rod.as_ref())?),
+            Analysis::Periodic => Some(builder.periodic(body.as_ref(), rod.as_ref())?),
             _ => None,
         };
-        builder.probes(&file)?;
+        builder.probes()?;
         if let Some(body) = &body {
-            builder.places(&file, body)?;
+            builder.places(body)?;
         }
-        let mut reading_notes = builder.notes.take();
+        let (t_end, mut reading_notes) = (builder.t_end, builder.notes.take());
         reading_notes.extend(unused::notes(&file));
         if file.analysis == Analysis::Static {
             file.probe.retain(|probe| !probe.kind.kind().requires_motion());

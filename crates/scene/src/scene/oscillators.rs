@@ -11,7 +11,6 @@ use super::builder::Builder;
 use super::chain_places::{DrivenPlace, Found, MAX_OSCILLATORS};
 use crate::InputError;
 use crate::probe::Parts;
-use crate::scene_file::SceneFile;
 use crate::scene_file::chain::{self, Place, RodLoadType};
 use crate::scene_file::output::Stop;
 
@@ -84,31 +83,26 @@ impl Builder<'_> {
     }
 
     /// Creates the chains. Their names must be unique.
-    pub(super) fn chains(
-        &self,
-        file: &SceneFile,
-        body: Option<&Body>,
-    ) -> Result<Vec<DrivenChain>, InputError> {
-        for (i, chain) in file.chain.iter().enumerate() {
-            if file.chain[..i].iter().any(|before| before.name == chain.name) {
+    pub(super) fn chains(&self, body: Option<&Body>) -> Result<Vec<DrivenChain>, InputError> {
+        for (i, chain) in self.file.chain.iter().enumerate() {
+            if self.file.chain[..i].iter().any(|before| before.name == chain.name) {
                 let error = InputError::new(format!("two chains have the name `{}`", chain.name))
                     .next("set a unique `name` of each chain");
                 return Err(self.wrong(&format!("chain[{i}]"), error));
             }
         }
-        let chains = file.chain.iter().enumerate();
-        chains.map(|(i, chain)| self.chain(file, body, chain, &format!("chain[{i}]"))).collect()
+        let chains = self.file.chain.iter().enumerate();
+        chains.map(|(i, chain)| self.chain(body, chain, &format!("chain[{i}]"))).collect()
     }
 
     fn chain(
         &self,
-        file: &SceneFile,
         body: Option<&Body>,
         chain: &chain::Chain,
         path: &str,
     ) -> Result<DrivenChain, InputError> {
         let place = format!("{path}.at");
-        match (&chain.at, body, file.rod.is_some()) {
+        match (&chain.at, body, self.file.rod.is_some()) {
             (Some(Place::Position(_)), _, true) | (None, ..) => {}
             (Some(Place::Position(_)), _, false) => {
                 let error = InputError::new("a position requires a rod, but the scene has no rod")
@@ -123,10 +117,10 @@ impl Builder<'_> {
             (Some(_), Some(_), _) => {}
         }
         let Found { places, outside } = match body {
-            Some(body) => self.places_of(file, body, chain, path)?,
+            Some(body) => self.places_of(body, chain, path)?,
             None => Found::default(),
         };
-        let neighborhood = self.neighborhood(file, body, chain, &places, path)?;
+        let neighborhood = self.neighborhood(body, chain, &places, path)?;
         let n_places = places.len().max(1);
         let n = chain.oscillators.saturating_mul(n_places);
         if n > MAX_OSCILLATORS {
@@ -167,7 +161,6 @@ impl Builder<'_> {
     /// Returns the neighborhoods of the places of a chain with field output.
     fn neighborhood(
         &self,
-        file: &SceneFile,
         body: Option<&Body>,
         chain: &chain::Chain,
         places: &[DrivenPlace],
@@ -177,7 +170,7 @@ impl Builder<'_> {
             return Ok(None);
         };
         let path = format!("{path}.coherence_radius");
-        let (Some(body), 2.., Some(_)) = (body, places.len(), &file.fields) else {
+        let (Some(body), 2.., Some(_)) = (body, places.len(), &self.file.fields) else {
             let error = InputError::new(
                 "a coherence radius requires a chain at several positions of the body, and [fields]",
             )
@@ -191,22 +184,22 @@ impl Builder<'_> {
     }
 
     /// Checks that probes refer to parts of the scene and have unique names.
-    pub(super) fn probes(&self, file: &SceneFile) -> Result<(), InputError> {
+    pub(super) fn probes(&self) -> Result<(), InputError> {
         let parts = Parts {
-            body: file.mesh.is_some(),
-            rod: file.rod.is_some(),
-            chains: file.chain.iter().map(|chain| &*chain.name).collect(),
-            feedback: !file.feedback.is_empty(),
-            contacts: file.contact.iter().map(|contact| &*contact.group).collect(),
+            body: self.file.mesh.is_some(),
+            rod: self.file.rod.is_some(),
+            chains: self.file.chain.iter().map(|chain| &*chain.name).collect(),
+            feedback: !self.file.feedback.is_empty(),
+            contacts: self.file.contact.iter().map(|contact| &*contact.group).collect(),
         };
-        for (i, stop) in file.stop.iter().enumerate() {
+        for (i, stop) in self.file.stop.iter().enumerate() {
             if let Stop::Coherence { chain, .. } = stop {
                 let checked = parts.expect_chain(chain);
                 checked.map_err(|(key, error)| self.wrong(&format!("stop[{i}]{key}"), error))?;
             }
         }
-        self.table_names(file)?;
-        for (i, probe) in file.probe.iter().enumerate() {
+        self.table_names()?;
+        for (i, probe) in self.file.probe.iter().enumerate() {
             let checked = probe.kind.kind().check_part(&parts);
             checked.map_err(|(key, error)| self.wrong(&format!("probe[{i}]{key}"), error))?;
         }
@@ -214,10 +207,10 @@ impl Builder<'_> {
     }
 
     /// Checks the names of the tables for probes and ratios.
-    fn table_names(&self, file: &SceneFile) -> Result<(), InputError> {
-        let probes = file.probe.iter().map(|probe| &probe.name);
+    fn table_names(&self) -> Result<(), InputError> {
+        let probes = self.file.probe.iter().map(|probe| &probe.name);
         let probes = probes.enumerate().map(|(i, name)| (format!("probe[{i}]"), name));
-        let ratios = file.response.iter().flat_map(|response| &response.ratio);
+        let ratios = self.file.response.iter().flat_map(|response| &response.ratio);
         let ratios = ratios.map(|ratio| &ratio.name).enumerate();
         let ratios = ratios.map(|(i, name)| (format!("response.ratio[{i}]"), name));
         let all: Vec<(String, &String)> = probes.chain(ratios).collect();

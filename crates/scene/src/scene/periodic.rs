@@ -6,7 +6,6 @@ use super::Body;
 use super::builder::Builder;
 use super::contraction::chains_that_act;
 use crate::InputError;
-use crate::scene_file::SceneFile;
 use crate::scene_file::integrator::IntegratorSettings;
 
 /// Number of times per period at which values are compared. It is prime, because harmonics of a load may vanish at
@@ -27,33 +26,31 @@ const GROWTH: f64 = 0.1;
 /// Rounding of a constant load, relative to its maximum.
 const ROUNDING: f64 = 1e-12;
 
-impl Builder<'_> {
-    /// Replaces BDF by the default method, because differences of the map over a period require small errors.
-    pub(super) fn without_bdf(&self, wanted: &mut IntegratorSettings) {
-        if wanted.method == IntegratorKind::Bdf {
-            let default = IntegratorSettings::default();
-            wanted.method = default.method;
-            wanted.multiplier_weights = default.multiplier_weights;
-            wanted.max_order = default.max_order;
-            wanted.projection_interval = default.projection_interval;
-            self.notes.borrow_mut().push(format!(
-                "a periodic state is computed by {} instead of integrator.method = \"bdf\"",
-                wanted.method.name()
-            ));
-        }
-    }
+/// Replaces BDF by the default method, because differences of the map over a period require small errors. Returns a note
+/// if the method was replaced.
+pub(super) fn without_bdf(wanted: &mut IntegratorSettings) -> Option<String> {
+    (wanted.method == IntegratorKind::Bdf).then(|| {
+        let default = IntegratorSettings::default();
+        wanted.method = default.method;
+        wanted.multiplier_weights = default.multiplier_weights;
+        wanted.max_order = default.max_order;
+        wanted.projection_interval = default.projection_interval;
+        let name = wanted.method.name();
+        format!("a periodic state is computed by {name} instead of integrator.method = \"bdf\"")
+    })
+}
 
+impl Builder<'_> {
     /// Returns the frequency (Hz) of the periodic state, and the start (s) of a period from which the loads repeat.
     ///
     /// # Errors
     /// Fails if a part of the scene does not support periodic states, or if the loads have no common period.
     pub(super) fn periodic(
         &self,
-        file: &SceneFile,
         body: Option<&Body>,
         rod: Option<&RodDae>,
     ) -> Result<[f64; 2], InputError> {
-        if let Some(chain) = chains_that_act(file).next() {
+        if let Some(chain) = chains_that_act(self.file).next() {
             let error = InputError::new(format!(
                 "the chain `{chain}` acts on the body: such periodic states are not supported"
             ));
@@ -71,13 +68,13 @@ impl Builder<'_> {
             let is_energy = matches!(probe.kind, crate::probe::ProbeKind::Energy(_));
             is_energy.then_some(i)
         };
-        if let Some(i) = file.probe.iter().enumerate().find_map(of_energy) {
+        if let Some(i) = self.file.probe.iter().enumerate().find_map(of_energy) {
             let error = InputError::new("an energy balance requires an analysis from its start");
             let error = error.next("remove this probe, or use analysis = \"dynamic\"");
             return Err(self.wrong(&format!("probe[{i}].type"), error));
         }
         let signals = signals(body, rod);
-        let periodic = file.periodic.clone().unwrap_or_default();
+        let periodic = self.file.periodic.clone().unwrap_or_default();
         let frequency = match periodic.frequency {
             Some(frequency) => frequency,
             None => self.only_frequency(&signals)?,

@@ -14,8 +14,8 @@ use crate::scene_file::output::Stop;
 impl Builder<'_> {
     /// Rejects probes and stop conditions at points outside the mesh, probes of unknown groups, and
     /// reactions of groups without supports.
-    pub(super) fn places(&self, file: &SceneFile, body: &Body) -> Result<(), InputError> {
-        for (i, probe) in file.probe.iter().enumerate() {
+    pub(super) fn places(&self, body: &Body) -> Result<(), InputError> {
+        for (i, probe) in self.file.probe.iter().enumerate() {
             let checked = probe.kind.kind().check_place(&body.muscle.solid);
             checked.map_err(|(key, objection)| {
                 let error = match objection {
@@ -26,13 +26,13 @@ impl Builder<'_> {
             })?;
         }
         let space = body.muscle.solid.space();
-        for (i, probe) in file.probe.iter().enumerate() {
+        for (i, probe) in self.file.probe.iter().enumerate() {
             if let ProbeKind::Point(point) = &probe.kind {
                 self.point(space, &point.at, &format!("probe[{i}]"))?;
             }
         }
-        self.notes.borrow_mut().extend(shared_reactions(file, body));
-        for (i, stop) in file.stop.iter().enumerate() {
+        self.notes.borrow_mut().extend(shared_reactions(self.file, body));
+        for (i, stop) in self.file.stop.iter().enumerate() {
             if let Stop::Displacement { at, .. } = stop {
                 self.at(&format!("stop[{i}].at"), Probe::near(space, at))?;
             }

@@ -4,16 +4,15 @@ use myovib_model::{Formulation, IntegratorKind, Muscle, Parameters};
 
 use super::builder::Builder;
 use crate::InputError;
-use crate::scene_file::SceneFile;
 use crate::sensitivity::first_jump;
 
 impl Builder<'_> {
     /// Rejects parts of a scene that need inertia, and integration methods that do not support a body without inertia.
-    pub(super) fn quasi_static(&self, file: &SceneFile) -> Result<(), InputError> {
+    pub(super) fn quasi_static(&self) -> Result<(), InputError> {
         let parts = [
-            ("rod", file.rod.is_some()),
-            ("chain", !file.chain.is_empty()),
-            ("feedback", !file.feedback.is_empty()),
+            ("rod", self.file.rod.is_some()),
+            ("chain", !self.file.chain.is_empty()),
+            ("feedback", !self.file.feedback.is_empty()),
         ];
         if let Some((part, _)) = parts.into_iter().find(|(_, given)| *given) {
             let error = InputError::new(
@@ -22,7 +21,7 @@ impl Builder<'_> {
             .next(format!("remove `{part}`, or use analysis = \"dynamic\""));
             return Err(self.wrong(part, error));
         }
-        if file.integrator.method == IntegratorKind::Bdf {
+        if self.file.integrator.method == IntegratorKind::Bdf {
             let error = InputError::new("BDF does not support quasi-static analyses")
                 .allowed("radau5, radau9, radau13");
             return Err(self.wrong("integrator.method", error));
@@ -56,18 +55,14 @@ impl Builder<'_> {
     }
 
     /// Rejects loads that jump, because a body without inertia would follow a jump instantly.
-    pub(super) fn expect_no_jump(
-        &self,
-        file: &SceneFile,
-        muscle: &Muscle,
-    ) -> Result<(), InputError> {
+    pub(super) fn expect_no_jump(&self, muscle: &Muscle) -> Result<(), InputError> {
         match muscle.first_jump(self.t_end) {
             None => Ok(()),
             Some(t) => {
                 let error = InputError::new("a load or tension jumps in a quasi-static analysis")
                     .found(format!("a jump at t = {t} s"))
                     .next("give the step a short `rise`, or the rows of the table different times");
-                let tree = serde_json::to_value(file).unwrap_or_default();
+                let tree = serde_json::to_value(self.file).unwrap_or_default();
                 let step = first_jump(&tree, "", self.t_end);
                 Err(self.wrong(step.as_deref().unwrap_or("analysis"), error))
             }

@@ -3,12 +3,12 @@
 use super::Body;
 use super::builder::Builder;
 use crate::InputError;
-use crate::scene_file::{Analysis, SceneFile};
+use crate::scene_file::Analysis;
 
 impl Builder<'_> {
     /// Rejects a response without valid frequencies.
-    pub(super) fn response(&self, file: &SceneFile) -> Result<(), InputError> {
-        let Some(response) = &file.response else {
+    pub(super) fn response(&self) -> Result<(), InputError> {
+        let Some(response) = &self.file.response else {
             let error = InputError::new("a response requires frequencies").next(
                 "add a [response] table with `frequencies` in Hz, or use --frequencies 1..60:120",
             );
@@ -23,7 +23,7 @@ impl Builder<'_> {
             let error = InputError::new("a frequency is out of range").allowed("0 Hz or more");
             return Err(self.wrong("response.fields", error));
         }
-        if let (Some(_), [_, ..]) = (&file.rod, &response.fields[..]) {
+        if let (Some(_), [_, ..]) = (&self.file.rod, &response.fields[..]) {
             let error = InputError::new("a rod has no fields");
             return Err(self.wrong("response.fields", error.next("remove the key, or use probes")));
         }
@@ -31,9 +31,9 @@ impl Builder<'_> {
     }
 
     /// Rejects a preload if a material has a law for small strains and viscous stresses.
-    pub(super) fn expect_rest(&self, file: &SceneFile, path: &str) -> Result<(), InputError> {
-        let preload = file.response.as_ref().and_then(|own| own.preload_time);
-        if file.analysis != Analysis::Response || preload.is_none() {
+    pub(super) fn expect_rest(&self, path: &str) -> Result<(), InputError> {
+        let preload = self.file.response.as_ref().and_then(|own| own.preload_time);
+        if self.file.analysis != Analysis::Response || preload.is_none() {
             return Ok(());
         }
         let error =
@@ -45,11 +45,11 @@ impl Builder<'_> {
     }
 
     /// Rejects a response without a harmonic load.
-    pub(super) fn driven(&self, file: &SceneFile, body: Option<&Body>) -> Result<(), InputError> {
-        let rod = file.rod.as_ref().and_then(|rod| rod.response);
+    pub(super) fn driven(&self, body: Option<&Body>) -> Result<(), InputError> {
+        let rod = self.file.rod.as_ref().and_then(|rod| rod.response);
         let is_driven = body.is_some_and(|body| !body.excitation.is_zero())
             || rod.is_some_and(|amplitude| amplitude.value != 0.0);
-        if file.analysis != Analysis::Response || is_driven {
+        if self.file.analysis != Analysis::Response || is_driven {
             return Ok(());
         }
         let error = InputError::new("no load or displacement has a harmonic part");

@@ -9,7 +9,6 @@ use serde_json::Value;
 
 use super::builder::Builder;
 use crate::inputs::Inputs;
-use crate::scene_file::SceneFile;
 use crate::scene_file::function::Function;
 use crate::scene_file::surface_load::SurfaceLoads;
 use crate::state::State;
@@ -51,8 +50,8 @@ const EQUAL: f64 = 1e-9;
 impl Builder<'_> {
     /// Adds a note on the values of `file` that differ from those of `scene`, the scene of the earlier run, which ended
     /// in `state`. Loads are compared by their values at the end of that run and at t = 0 of this scene.
-    pub(super) fn note_differences(&self, file: &SceneFile, scene: &Value, state: &State) {
-        let Ok(own) = serde_json::to_value(file) else {
+    pub(super) fn note_differences(&self, scene: &Value, state: &State) {
+        let Ok(own) = serde_json::to_value(self.file) else {
             return;
         };
         let mut found = Vec::new();
@@ -131,7 +130,7 @@ impl Builder<'_> {
         // uses it.
         let folder = self.inputs.resolve(Path::new(""));
         let inputs = Inputs::new(&folder);
-        Builder::new(self.source, &inputs, self.t_end).signal(&function, path).ok()
+        Builder::new(self.file, self.source, &inputs).signal(&function, path).ok()
     }
 }
 

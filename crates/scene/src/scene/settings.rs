@@ -22,12 +22,12 @@ impl Builder<'_> {
     /// Returns the settings for the motion of `muscle` in `formulation` from the given `start`.
     pub(super) fn settings(
         &self,
-        wanted: &IntegratorSettings,
         muscle: &Muscle,
         start: &Start,
         formulation: Formulation,
         linear_solver: LinearSolverKind,
     ) -> Settings {
+        let wanted = &self.file.integrator;
         let defaults = Settings::paper(formulation)
             .with_integrator(wanted.method)
             .with_relative_tolerance(wanted.rtol);
@@ -68,8 +68,8 @@ impl Builder<'_> {
     }
 
     /// Rejects settings that have no effect with the chosen method or with the chosen integration of chains.
-    pub(super) fn integrator(&self, file: &SceneFile) -> Result<(), InputError> {
-        let wanted = &file.integrator;
+    pub(super) fn integrator(&self) -> Result<(), InputError> {
+        let wanted = &self.file.integrator;
         let weighted = wanted.multiplier_weights != MultiplierWeights::Plain;
         let given = [
             ("max_order", wanted.max_order.is_some()),
@@ -84,13 +84,13 @@ impl Builder<'_> {
                 return Err(self.wrong(&path, error));
             }
             let of_muscle = key != "max_order";
-            if file.solid.is_none() && wanted.max_order == Some(MaxOrder::Auto) {
+            if self.file.solid.is_none() && wanted.max_order == Some(MaxOrder::Auto) {
                 let error =
                     InputError::new("`auto` requires a body, whose damping determines the order")
                         .next("set an order, 1 to 5, or remove `max_order`");
                 return Err(self.wrong(&path, error));
             }
-            if of_muscle && (file.solid.is_none() || !file.chain.is_empty()) {
+            if of_muscle && (self.file.solid.is_none() || !self.file.chain.is_empty()) {
                 let error = InputError::new(format!("`{key}` requires a body without chains"))
                     .next(format!("remove `{key}`"));
                 return Err(self.wrong(&path, error));
@@ -100,12 +100,8 @@ impl Builder<'_> {
     }
 
     /// Rejects separate steps for chains that act on the body or that are excluded from the error test.
-    pub(super) fn chain_steps(
-        &self,
-        file: &SceneFile,
-        feedbacks: &[Feedback],
-    ) -> Result<(), InputError> {
-        let wanted = &file.integrator;
+    pub(super) fn chain_steps(&self, feedbacks: &[Feedback]) -> Result<(), InputError> {
+        let wanted = &self.file.integrator;
         let wrong = |message: &str| {
             let error = InputError::new(message.to_owned())
                 .found("\"separate\"")
@@ -116,9 +112,9 @@ impl Builder<'_> {
         if wanted.chains != Some(ChainSteps::Separate) {
             return Ok(());
         }
-        if file.chain.is_empty() {
+        if self.file.chain.is_empty() {
             wrong("the scene has no chains")
-        } else if file.solid.is_none() && file.rod.is_none() {
+        } else if self.file.solid.is_none() && self.file.rod.is_none() {
             wrong("separate steps need a body or a rod that drives the chains")
         } else if !feedbacks.is_empty() {
             wrong("chains that act on the body must use the steps of the body")

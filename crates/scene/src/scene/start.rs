@@ -8,8 +8,8 @@ use serde_json::Value;
 use super::builder::Builder;
 use super::contraction::chains_that_act;
 use crate::result_folder::DOCUMENT;
+use crate::scene_file::Analysis;
 use crate::scene_file::start::InitialState;
-use crate::scene_file::{Analysis, SceneFile};
 use crate::state::State;
 use crate::{InputError, inputs};
 
@@ -27,12 +27,8 @@ pub(crate) enum Start {
 
 impl Builder<'_> {
     /// Returns the initial state of the scene's motion.
-    pub(super) fn start(
-        &self,
-        file: &SceneFile,
-        muscle: Option<&Muscle>,
-    ) -> Result<Start, InputError> {
-        let Some(start) = &file.initial_state else {
+    pub(super) fn start(&self, muscle: Option<&Muscle>) -> Result<Start, InputError> {
+        let Some(start) = &self.file.initial_state else {
             return Ok(Start::Rest);
         };
         let wrong = |message: &str, next: &str| {
@@ -45,23 +41,23 @@ impl Builder<'_> {
                 "remove [initial_state]",
             );
         };
-        if !file.analysis.has_initial_state() {
+        if !self.file.analysis.has_initial_state() {
             return Ok(Start::Rest);
         }
-        if !file.feedback.is_empty() {
+        if !self.file.feedback.is_empty() {
             return wrong(
                 "a body with feedback must start at rest",
                 "remove [initial_state], or the feedback",
             );
         }
         let of_equilibrium = matches!(start, InitialState::Equilibrium);
-        if file.analysis == Analysis::QuasiStatic && !of_equilibrium {
+        if self.file.analysis == Analysis::QuasiStatic && !of_equilibrium {
             return wrong(
                 "a quasi-static analysis must start without load or in equilibrium",
                 "give [initial_state] type = \"equilibrium\", or remove it",
             );
         }
-        if chains_that_act(file).next().is_some() && !of_equilibrium {
+        if chains_that_act(self.file).next().is_some() && !of_equilibrium {
             return wrong(
                 "a body whose tension follows a coherence must start at rest or in equilibrium",
                 "give [initial_state] type = \"equilibrium\", or remove it",
@@ -85,12 +81,12 @@ impl Builder<'_> {
                 };
                 Ok(Start::State(State::moving(space, &nodes, value)))
             }
-            InitialState::Restart { folder } => Ok(Start::State(self.ended(file, folder, muscle)?)),
+            InitialState::Restart { folder } => Ok(Start::State(self.ended(folder, muscle)?)),
         }
     }
 
     /// Returns the final state of the run in `folder`.
-    fn ended(&self, file: &SceneFile, folder: &Path, muscle: &Muscle) -> Result<State, InputError> {
+    fn ended(&self, folder: &Path, muscle: &Muscle) -> Result<State, InputError> {
         let place = "initial_state.folder";
         let (text, name) = self.read_text(&folder.join(State::NAME), place)?;
         let state = State::decode(&text).map_err(|reason| {
@@ -112,7 +108,7 @@ impl Builder<'_> {
             return Err(self.wrong(place, error));
         }
         if run["scene"].is_object() {
-            self.note_differences(file, &run["scene"], &state);
+            self.note_differences(&run["scene"], &state);
         }
         Ok(state)
     }

@@ -9,10 +9,10 @@ use num_complex::Complex64;
 use super::builder::Builder;
 use super::places::written;
 use crate::InputError;
+use crate::scene_file::Analysis;
 use crate::scene_file::function::Function;
 use crate::scene_file::response::Amplitudes;
 use crate::scene_file::solid::{Axis, PrescribedDisplacement, Rotation};
-use crate::scene_file::{Analysis, SceneFile};
 
 pub(crate) const NAMES: [&str; 3] = ["x", "y", "z"];
 
@@ -63,11 +63,11 @@ enum Turn {
     CosineLessOne,
 }
 
-impl Builder<'_> {
-    pub(super) fn supports(&self, file: &SceneFile, space: &Space) -> Result<Supports, InputError> {
+impl<'a> Builder<'a> {
+    pub(super) fn supports(&self, space: &Space) -> Result<Supports, InputError> {
         let mut required = Requirements::new();
-        self.require_fixed(file, space, &mut required)?;
-        let moves = self.require_motions(file, space, &mut required)?;
+        self.require_fixed(space, &mut required)?;
+        let moves = self.require_motions(space, &mut required)?;
         let mut constrained = Supports::new();
         for ((node, axis), groups) in required {
             let terms = &groups[0].1;
@@ -91,12 +91,11 @@ impl Builder<'_> {
     /// Adds the motions that fixed groups require.
     fn require_fixed(
         &self,
-        file: &SceneFile,
         space: &Space,
         required: &mut Requirements<'_>,
     ) -> Result<(), InputError> {
         let dimension = space.dimension();
-        for (i, fixed) in file.fixed.iter().enumerate() {
+        for (i, fixed) in self.file.fixed.iter().enumerate() {
             let path = format!("fixed[{i}]");
             let nodes = self.at(&format!("{path}.group"), space.nodes_of(&fixed.group))?;
             let axes: Vec<usize> = match &fixed.components {
@@ -116,20 +115,19 @@ impl Builder<'_> {
 
     /// Adds the motions that prescribed displacements require. Returns the list of displacements to which the terms
     /// refer.
-    fn require_motions<'f>(
+    fn require_motions(
         &self,
-        file: &'f SceneFile,
         space: &Space,
-        required: &mut Requirements<'f>,
-    ) -> Result<Vec<Move<'f>>, InputError> {
+        required: &mut Requirements<'a>,
+    ) -> Result<Vec<Move<'a>>, InputError> {
         let dimension = space.dimension();
-        let mut moves: Vec<Move<'f>> = Vec::new();
-        for (i, moving) in file.prescribed_displacement.iter().enumerate() {
+        let mut moves: Vec<Move<'a>> = Vec::new();
+        for (i, moving) in self.file.prescribed_displacement.iter().enumerate() {
             let entry = format!("prescribed_displacement[{i}]");
             let nodes = self.at(&format!("{entry}.group"), space.nodes_of(&moving.group))?;
             let given = [&moving.x, &moving.y, &moving.z];
             let harmonic = moving.response.as_ref();
-            let mut add = |mut own: Move<'f>, factors: Vec<f64>| {
+            let mut add = |mut own: Move<'a>, factors: Vec<f64>| {
                 let largest = own.largest_factor;
                 own.largest_factor = factors.iter().fold(largest, |m, f| m.max(f.abs()));
                 for (&node, factor) in nodes.iter().zip(factors) {
@@ -145,7 +143,7 @@ impl Builder<'_> {
                 moves.push(own);
             };
             if let Some(rotation) = &moving.rotation {
-                for (own, factors) in self.turns(file, rotation, space, &nodes, &entry)? {
+                for (own, factors) in self.turns(rotation, space, &nodes, &entry)? {
                     add(own, factors);
                 }
                 if given == [&None; 3] && harmonic.is_none() {
@@ -164,7 +162,7 @@ impl Builder<'_> {
                     _ => self.factors::<3>(moving, space, &nodes, axis, &entry),
                 }?;
                 let signal = match component.function {
-                    Some(function) => self.motion(file, function, &component.path)?,
+                    Some(function) => self.motion(function, &component.path)?,
                     None => Signal::constant(0.0),
                 };
                 let own = Move { component, signal, turn: None, largest_factor: 0.0 };
@@ -177,7 +175,6 @@ impl Builder<'_> {
     /// Returns the parts of a rotation, each with its factors at the nodes.
     fn turns<'f>(
         &self,
-        file: &SceneFile,
         rotation: &'f Rotation,
         space: &Space,
         nodes: &[usize],
@@ -200,7 +197,7 @@ impl Builder<'_> {
             }
         };
         let of_angle = format!("{path}.angle");
-        let angle = self.motion(file, &rotation.angle, &of_angle)?;
+        let angle = self.motion(&rotation.angle, &of_angle)?;
         let arms = nodes.iter().map(|&node| {
             let x = space.node_point(node);
             let arm = [0, 1, 2].map(|i| x.get(i).map_or(0.0, |x| x - point[i]));
@@ -251,14 +248,9 @@ impl Builder<'_> {
 
     /// Returns a function of time after checking that a displacement can follow it from rest. Without inertia, the
     /// slope of the function may jump. A static analysis accepts any function, because it uses only values.
-    fn motion(
-        &self,
-        file: &SceneFile,
-        function: &Function,
-        path: &str,
-    ) -> Result<Signal, InputError> {
+    fn motion(&self, function: &Function, path: &str) -> Result<Signal, InputError> {
         let signal = self.signal(function, path)?;
-        let unfit = match file.analysis {
+        let unfit = match self.file.analysis {
             Analysis::Static => None,
             Analysis::QuasiStatic if signal.lowest_jump() > 0 => None,
             _ => signal.unfit_for_motion(),
