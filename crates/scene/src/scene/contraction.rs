@@ -6,6 +6,7 @@ use myovib_fem::{AddedStress, FemError, Mesh, Solid, SupportDirection};
 use myovib_model::{Activation, RobinSupport, Signal, TimeScales};
 
 use super::builder::Builder;
+use super::distribution::point;
 use crate::InputError;
 use crate::scene_file::active::{Active, Tension};
 use crate::scene_file::chain::Place;
@@ -92,14 +93,7 @@ impl Builder<'_> {
                         return Err(self.wrong(&format!("{path}.spatial_factor"), error));
                     }
                     let factors = tension_factors.get_or_insert_with(|| vec![1.0; regions.len()]);
-                    match mesh.dimension() {
-                        2 => {
-                            self.set_tension_factors::<2>(factors, mesh, &members, factor, &path)?
-                        }
-                        _ => {
-                            self.set_tension_factors::<3>(factors, mesh, &members, factor, &path)?
-                        }
-                    }
+                    self.set_tension_factors(factors, mesh, &members, factor, &path)?;
                 }
                 activations.push((stresses.len(), activation));
             }
@@ -109,7 +103,7 @@ impl Builder<'_> {
     }
 
     /// Sets the factors of a material's tension at the centers of its elements.
-    fn set_tension_factors<const D: usize>(
+    fn set_tension_factors(
         &self,
         factors: &mut [f64],
         mesh: &Mesh,
@@ -117,16 +111,15 @@ impl Builder<'_> {
         given: &SpatialFactor,
         path: &str,
     ) -> Result<(), InputError> {
-        let factor = self.factor::<D>(Some(given), mesh, 0, path)?;
-        let points = mesh.points::<D>();
+        let factor = self.factor(Some(given), mesh, 0, path)?;
         let mut negative = None;
         for &element in members {
             let vertices = mesh.element(element);
             let weight = 1.0 / vertices.len() as f64;
-            let center = std::array::from_fn(|axis| {
-                vertices.iter().map(|&vertex| weight * points[vertex][axis]).sum()
-            });
-            factors[element] = factor.at(vertices, &vec![weight; vertices.len()], center);
+            let coordinate =
+                |axis| vertices.iter().map(|&vertex| weight * point(mesh, vertex)[axis]).sum();
+            let center: Vec<f64> = (0..mesh.dimension()).map(coordinate).collect();
+            factors[element] = factor.at(vertices, &vec![weight; vertices.len()], &center);
             if factors[element] < 0.0 {
                 negative = negative.or(Some((factors[element], center)));
             }

@@ -12,23 +12,23 @@ use crate::expression;
 use crate::scene_file::solid::SpatialFactor;
 
 /// Spatial factor of one component of a load or motion.
-pub(super) struct Factor<'m, const D: usize> {
-    values: Values<'m, D>,
+pub(super) struct Factor<'m> {
+    values: Values<'m>,
     mesh: &'m Mesh,
     /// Key and error of the first non-finite value.
     undefined: OnceCell<(String, InputError)>,
     path: String,
 }
 
-enum Values<'m, const D: usize> {
+enum Values<'m> {
     One,
-    Expression { text: &'m str, of: Box<dyn Fn([f64; D]) -> f64> },
+    Expression { text: &'m str, of: Box<dyn Fn(&[f64]) -> f64> },
     Nodal { name: &'m str, field: &'m NodalField, component: usize },
 }
 
-impl<const D: usize> Factor<'_, D> {
+impl Factor<'_> {
     /// Returns the factor at `place`, a position between `vertices` with the given interpolation `weights`.
-    pub(super) fn at(&self, vertices: &[usize], weights: &[f64], place: [f64; D]) -> f64 {
+    pub(super) fn at(&self, vertices: &[usize], weights: &[f64], place: &[f64]) -> f64 {
         match &self.values {
             Values::One => 1.0,
             Values::Expression { text, of } => {
@@ -51,7 +51,7 @@ impl<const D: usize> Factor<'_, D> {
                 let missing = vertices.iter().find(|&&vertex| !given(vertex).is_finite());
                 if let Some(&vertex) = missing {
                     self.undefined.get_or_init(|| {
-                        let place = self.mesh.points::<D>()[vertex];
+                        let place = point(self.mesh, vertex);
                         let error = InputError::new(format!(
                             "the nodal field `{name}` has no value at vertex {vertex} at {place:?}"
                         ));
@@ -66,21 +66,27 @@ impl<const D: usize> Factor<'_, D> {
     }
 }
 
+/// Returns the position of a vertex.
+pub(super) fn point(mesh: &Mesh, vertex: usize) -> &[f64] {
+    let dimension = mesh.dimension();
+    &mesh.coordinates()[dimension * vertex..][..dimension]
+}
+
 impl Builder<'_> {
     /// Returns the factor of the component `axis` that the distribution in the table at `path` defines.
-    pub(super) fn factor<'m, const D: usize>(
+    pub(super) fn factor<'m>(
         &self,
         distribution: Option<&'m SpatialFactor>,
         mesh: &'m Mesh,
         axis: usize,
         path: &str,
-    ) -> Result<Factor<'m, D>, InputError> {
+    ) -> Result<Factor<'m>, InputError> {
         let path = format!("{path}.spatial_factor");
         let values = match distribution {
             None => Values::One,
             Some(SpatialFactor::Expression(text)) => Values::Expression {
                 text,
-                of: Box::new(self.expression_of_place::<D>(text, &path)?),
+                of: Box::new(self.expression_of_place(text, mesh.dimension(), &path)?),
             },
             Some(SpatialFactor::Nodal(nodal)) => {
                 let field = self.nodal_factors(mesh, &nodal.field, &format!("{path}.field"))?;
@@ -96,7 +102,7 @@ impl Builder<'_> {
     }
 
     /// Rejects a factor that had a non-finite value.
-    pub(super) fn finite<const D: usize>(&self, factor: Factor<'_, D>) -> Result<(), InputError> {
+    pub(super) fn finite(&self, factor: Factor<'_>) -> Result<(), InputError> {
         match factor.undefined.into_inner() {
             Some((key, error)) => Err(self.wrong(&key, error)),
             None => Ok(()),
@@ -104,14 +110,15 @@ impl Builder<'_> {
     }
 
     /// Parses the text at `key` as a function of position.
-    fn expression_of_place<const D: usize>(
+    fn expression_of_place(
         &self,
         text: &str,
+        dimension: usize,
         key: &str,
-    ) -> Result<impl Fn([f64; D]) -> f64 + use<D>, InputError> {
+    ) -> Result<impl Fn(&[f64]) -> f64 + use<>, InputError> {
         let wrong = |message: String| {
             let error = InputError::new(message).found(format!("\"{text}\""));
-            let coordinates = NAMES[..D].join(", ");
+            let coordinates = NAMES[..dimension].join(", ");
             self.wrong(
                 key,
                 error
@@ -120,12 +127,12 @@ impl Builder<'_> {
         };
         let expression = expression::parse(text)
             .map_err(|error| wrong(format!("the spatial factor is not an expression: {error}")))?;
-        let axis = |name: &String| NAMES[..D].iter().position(|known| known == name);
+        let axis = |name: &String| NAMES[..dimension].iter().position(|known| known == name);
         let variables = expression.var_names().iter();
         let axes = variables
             .map(|name| axis(name).ok_or_else(|| wrong(format!("`{name}` is not a coordinate"))))
             .collect::<Result<Vec<usize>, _>>()?;
-        Ok(move |place: [f64; D]| {
+        Ok(move |place: &[f64]| {
             let values: Vec<f64> = axes.iter().map(|&axis| place[axis]).collect();
             expression.eval(&values).unwrap_or(f64::NAN)
         })

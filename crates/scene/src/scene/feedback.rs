@@ -8,6 +8,7 @@ use myovib_model::coupling::{Effect, Feedback};
 use myovib_oscillators::SmoothCoherence;
 
 use super::builder::Builder;
+use super::distribution::point;
 use super::{Body, DrivenChain};
 use crate::InputError;
 use crate::scene_file::active::Tension;
@@ -222,9 +223,8 @@ impl Builder<'_> {
 /// Returns the weights of the position with the index `k` at the corners of all elements. They are normalized inverse
 /// squared distances.
 fn shares(mesh: &Mesh, places: &[Vec<f64>], k: usize) -> Vec<f64> {
-    let dimension = mesh.dimension();
     let share = |vertex: &usize| {
-        let corner = &mesh.coordinates()[dimension * vertex..][..dimension];
+        let corner = point(mesh, *vertex);
         let squared = |place: &Vec<f64>| -> f64 {
             let both = corner.iter().zip(place);
             both.map(|(x, y)| (x - y).powi(2)).sum()

@@ -106,10 +106,11 @@ impl Builder<'_> {
         path: &str,
     ) -> Result<Vec<f64>, InputError> {
         let distribution = traction.spatial_factor.as_ref();
-        let factor = self.factor::<D>(distribution, space.mesh(), axis, path)?;
-        let load = load::facet_traction(space, &traction.group, |facet, weights, place| {
-            along(axis, factor.at(facet, weights, place))
-        });
+        let factor = self.factor(distribution, space.mesh(), axis, path)?;
+        let load =
+            load::facet_traction(space, &traction.group, |facet, weights, place: [f64; D]| {
+                along(axis, factor.at(facet, weights, &place))
+            });
         self.finite(factor)?;
         self.at(&format!("{path}.group"), load)
     }
@@ -124,14 +125,14 @@ impl Builder<'_> {
         path: &str,
     ) -> Result<Vec<f64>, InputError> {
         let mesh = space.mesh();
-        let factor = self.factor::<D>(force.spatial_factor.as_ref(), mesh, axis, path)?;
-        let load = load::element_body_force(space, |at, place| {
+        let factor = self.factor(force.spatial_factor.as_ref(), mesh, axis, path)?;
+        let load = load::element_body_force(space, |at, place: [f64; D]| {
             let density = densities[at.element];
             if density == 0.0 {
                 return [0.0; D]; // outside the group
             }
             let vertices = mesh.element(at.element);
-            along(axis, density * factor.at(vertices, &at.barycentric, place))
+            along(axis, density * factor.at(vertices, &at.barycentric, &place))
         });
         self.finite(factor)?;
         Ok(load)

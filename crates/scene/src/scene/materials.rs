@@ -8,6 +8,7 @@ use myovib_fem::mesh::NodalField;
 use myovib_fem::{FemError, Fibers, Group, Law, Mesh};
 
 use super::builder::Builder;
+use super::distribution::point;
 use crate::InputError;
 use crate::scene_file::material::{Direction, Material};
 use crate::scene_file::solid::SpatialFactor;
@@ -72,10 +73,7 @@ impl Builder<'_> {
             if let Some(factor) = &material.spatial_factor {
                 let n = mesh.shape().n_vertices();
                 let all = factors.get_or_insert_with(|| vec![1.0; n * mesh.n_elements()]);
-                match mesh.dimension() {
-                    2 => self.set_factors::<2>(all, mesh, &members, factor, &path)?,
-                    _ => self.set_factors::<3>(all, mesh, &members, factor, &path)?,
-                }
+                self.set_factors(all, mesh, &members, factor, &path)?;
                 if material.prony.as_ref().is_some_and(|terms| !terms.is_empty()) {
                     let error =
                         InputError::new("a material with `prony` cannot have a `spatial_factor`")
@@ -120,7 +118,7 @@ impl Builder<'_> {
     }
 
     /// Sets the stress factors of a material at the vertices of its elements.
-    fn set_factors<const D: usize>(
+    fn set_factors(
         &self,
         factors: &mut [f64],
         mesh: &Mesh,
@@ -128,16 +126,16 @@ impl Builder<'_> {
         given: &SpatialFactor,
         path: &str,
     ) -> Result<(), InputError> {
-        let factor = self.factor::<D>(Some(given), mesh, 0, path)?;
+        let factor = self.factor(Some(given), mesh, 0, path)?;
         let n = mesh.shape().n_vertices();
-        let points = mesh.points::<D>();
-        let mut smallest = (f64::INFINITY, [0.0; D]);
+        let mut smallest = (f64::INFINITY, &[][..]);
         for &element in members {
             for (k, &vertex) in mesh.element(element).iter().enumerate() {
-                let value = factor.at(&[vertex], &[1.0], points[vertex]);
+                let place = point(mesh, vertex);
+                let value = factor.at(&[vertex], &[1.0], place);
                 factors[n * element + k] = value;
                 if value < smallest.0 {
-                    smallest = (value, points[vertex]);
+                    smallest = (value, place);
                 }
             }
         }

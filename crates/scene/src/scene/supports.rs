@@ -157,10 +157,7 @@ impl<'a> Builder<'a> {
             }
             for component in self.components(given, harmonic, dimension, &entry)? {
                 let axis = component.axis;
-                let factors = match dimension {
-                    2 => self.factors::<2>(moving, space, &nodes, axis, &entry),
-                    _ => self.factors::<3>(moving, space, &nodes, axis, &entry),
-                }?;
+                let factors = self.factors(moving, space, &nodes, axis, &entry)?;
                 let signal = match component.function {
                     Some(function) => self.motion(function, &component.path)?,
                     None => Signal::constant(0.0),
@@ -230,7 +227,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Returns the factors of one component of a displacement at the nodes.
-    fn factors<const D: usize>(
+    fn factors(
         &self,
         moving: &PrescribedDisplacement,
         space: &Space,
@@ -238,9 +235,9 @@ impl<'a> Builder<'a> {
         axis: usize,
         path: &str,
     ) -> Result<Vec<f64>, InputError> {
-        let factor = self.factor::<D>(moving.spatial_factor.as_ref(), space.mesh(), axis, path)?;
-        let (ends, points) = (space.node_ends(), space.node_points::<D>());
-        let at = |&node: &usize| factor.at(&ends[node], &[0.5, 0.5], points[node]);
+        let factor = self.factor(moving.spatial_factor.as_ref(), space.mesh(), axis, path)?;
+        let ends = space.node_ends();
+        let at = |&node: &usize| factor.at(&ends[node], &[0.5, 0.5], space.node_point(node));
         let factors = nodes.iter().map(at).collect();
         self.finite(factor)?;
         Ok(factors)
