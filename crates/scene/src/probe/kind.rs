@@ -118,9 +118,14 @@ pub(crate) trait Reading: Send + Sync {
         0
     }
 
-    /// Returns the reading for complex amplitudes of harmonic motions, if the probe supports them.
-    fn harmonic(&self) -> Option<&dyn HarmonicReading> {
-        None
+    /// Returns whether the probe supports complex amplitudes of harmonic motions.
+    fn is_harmonic(&self) -> bool {
+        false
+    }
+
+    /// Returns the complex amplitudes of the values; empty if the probe does not support them.
+    fn amplitudes(&self, _: &HarmonicMotion<'_>) -> Result<Vec<Complex64>, ModelError> {
+        Ok(Vec::new())
     }
 
     /// Returns the measurements of probes for points, lines and averages; empty for probes of other kinds.
@@ -158,12 +163,6 @@ impl<'a> HarmonicMotion<'a> {
             Self::Rod(_) => Err(ModelError::NoSuchPart { part: "muscle" }),
         }
     }
-}
-
-/// Measurement of complex amplitudes by a probe.
-pub(crate) trait HarmonicReading: Sync {
-    /// Returns the complex amplitudes of the probe's values.
-    fn amplitudes(&self, of: &HarmonicMotion<'_>) -> Result<Vec<Complex64>, ModelError>;
 }
 
 impl dyn Reading {

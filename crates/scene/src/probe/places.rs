@@ -4,7 +4,7 @@ use myovib_fem::{Solid, Space};
 use myovib_model::{Measurement, ModelError, Quantity};
 use num_complex::Complex64;
 
-use super::kind::{HarmonicMotion, HarmonicReading, InvalidPlace, Reading, StateAt, Wrong, at};
+use super::kind::{HarmonicMotion, InvalidPlace, Reading, StateAt, Wrong, at};
 use crate::system::{System, muscle_of, need_rates};
 
 /// Returns the quantities measured by default.
@@ -77,12 +77,10 @@ impl Reading for Places {
         self.0.iter_mut().for_each(|measurement| measurement.retain(is_kept));
     }
 
-    fn harmonic(&self) -> Option<&dyn HarmonicReading> {
-        Some(self)
+    fn is_harmonic(&self) -> bool {
+        true
     }
-}
 
-impl HarmonicReading for Places {
     fn amplitudes(&self, of: &HarmonicMotion<'_>) -> Result<Vec<Complex64>, ModelError> {
         let (stiffness, amplitude) = of.body()?;
         Ok(stiffness.amplitudes(amplitude, |snapshot| {

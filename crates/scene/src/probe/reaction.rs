@@ -9,9 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::column::ColumnKind;
-use super::kind::{
-    HarmonicMotion, HarmonicReading, InvalidPlace, Kind, Reading, StateAt, Systems, Wrong, at,
-};
+use super::kind::{HarmonicMotion, InvalidPlace, Kind, Reading, StateAt, Systems, Wrong, at};
 use super::moment::{self, Arms, MOMENT};
 use crate::InputError;
 use crate::system::{System, muscle_of};
@@ -91,23 +89,6 @@ impl Forces {
     }
 }
 
-impl HarmonicReading for Forces {
-    fn amplitudes(&self, of: &HarmonicMotion<'_>) -> Result<Vec<Complex64>, ModelError> {
-        let (stiffness, amplitude) = of.body()?;
-        let reactions = stiffness.reactions(amplitude)?;
-        let mut values = self.sums(&reactions);
-        if let Some(arms) = &self.arms {
-            let nodes = self.nodes.iter().copied();
-            let (u, preload) = stiffness.preload();
-            let moment = arms.moment(nodes.clone(), u, &reactions);
-            // û × F₀ = −F₀ × û.
-            let turned = arms.cross(nodes, |i| preload[i], &amplitude.displacement);
-            values.extend(moment.into_iter().zip(turned).map(|(m, turned)| m - turned));
-        }
-        Ok(values)
-    }
-}
-
 impl Reading for Forces {
     fn names(&self) -> Vec<String> {
         let moments = self.arms.iter().flat_map(Arms::names);
@@ -130,7 +111,22 @@ impl Reading for Forces {
         true
     }
 
-    fn harmonic(&self) -> Option<&dyn HarmonicReading> {
-        Some(self)
+    fn is_harmonic(&self) -> bool {
+        true
+    }
+
+    fn amplitudes(&self, of: &HarmonicMotion<'_>) -> Result<Vec<Complex64>, ModelError> {
+        let (stiffness, amplitude) = of.body()?;
+        let reactions = stiffness.reactions(amplitude)?;
+        let mut values = self.sums(&reactions);
+        if let Some(arms) = &self.arms {
+            let nodes = self.nodes.iter().copied();
+            let (u, preload) = stiffness.preload();
+            let moment = arms.moment(nodes.clone(), u, &reactions);
+            // û × F₀ = −F₀ × û.
+            let turned = arms.cross(nodes, |i| preload[i], &amplitude.displacement);
+            values.extend(moment.into_iter().zip(turned).map(|(m, turned)| m - turned));
+        }
+        Ok(values)
     }
 }

@@ -6,7 +6,7 @@ use num_complex::Complex64;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::kind::{HarmonicMotion, HarmonicReading, Kind, Parts, Reading, StateAt, Systems, Wrong};
+use super::kind::{HarmonicMotion, Kind, Parts, Reading, StateAt, Systems, Wrong};
 use crate::InputError;
 use crate::system::System;
 
@@ -47,12 +47,10 @@ impl Reading for PointValue {
         Ok(vec![self.of(&y[..n]), self.of(&y[n..2 * n])])
     }
 
-    fn harmonic(&self) -> Option<&dyn HarmonicReading> {
-        Some(self)
+    fn is_harmonic(&self) -> bool {
+        true
     }
-}
 
-impl HarmonicReading for PointValue {
     fn amplitudes(&self, of: &HarmonicMotion<'_>) -> Result<Vec<Complex64>, ModelError> {
         let HarmonicMotion::Rod(states) = of else {
             return Err(ModelError::NoSuchPart { part: "rod" });

@@ -7,9 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::column::ColumnKind;
-use super::kind::{
-    HarmonicMotion, HarmonicReading, InvalidPlace, Kind, Reading, StateAt, Systems, Wrong, at,
-};
+use super::kind::{HarmonicMotion, InvalidPlace, Kind, Reading, StateAt, Systems, Wrong, at};
 use crate::InputError;
 use crate::scene::axis_index as index;
 use crate::scene_file::solid::Axis;
@@ -80,12 +78,10 @@ impl Reading for EnclosedVolume {
         false
     }
 
-    fn harmonic(&self) -> Option<&dyn HarmonicReading> {
-        Some(self)
+    fn is_harmonic(&self) -> bool {
+        true
     }
-}
 
-impl HarmonicReading for EnclosedVolume {
     fn amplitudes(&self, of: &HarmonicMotion<'_>) -> Result<Vec<Complex64>, ModelError> {
         let (stiffness, amplitude) = of.body()?;
         let volume = |displacement: &[f64]| vec![self.at(displacement).abs()];

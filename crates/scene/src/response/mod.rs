@@ -314,7 +314,7 @@ pub(crate) fn harmonic_probes(scene: &Scene) -> Result<HarmonicProbes, InputErro
             let error = error.next("remove the stresses from the quantities of the probe");
             return Err(scene.wrong(&format!("probe[{i}].quantities"), error));
         }
-        if reading.harmonic().is_some() && !reading.names().is_empty() {
+        if reading.is_harmonic() && !reading.names().is_empty() {
             probes.push((probe.name.clone(), reading));
         }
     }

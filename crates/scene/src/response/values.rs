@@ -125,9 +125,9 @@ impl Values {
         for (_, reading) in &self.probes {
             let n = reading.names().len();
             let is_needed = self.needed[values.len()..][..n].contains(&true);
-            match reading.harmonic().filter(|_| is_needed) {
-                Some(reading) => values.extend(reading.amplitudes(motion)?),
-                None => values.resize(values.len() + n, Complex64::ZERO),
+            match is_needed {
+                true => values.extend(reading.amplitudes(motion)?),
+                false => values.resize(values.len() + n, Complex64::ZERO),
             }
         }
         Ok(values)

@@ -94,7 +94,7 @@ impl<'a> Source<'a> {
     fn complex_names(&self) -> Vec<String> {
         match self.probe {
             None => vec![self.name.to_owned()],
-            Some(probe) if probe.harmonic().is_some() => probe.names(),
+            Some(probe) if probe.is_harmonic() => probe.names(),
             Some(_) => Vec::new(),
         }
     }
@@ -291,14 +291,12 @@ impl<'a> Readings<'a> {
     pub(super) fn accepted_values(
         &self,
         system: &mut dyn System,
-        t: f64,
-        y: &[f64],
-        y_dot: &[f64],
+        at: StateAt<'_>,
     ) -> Result<Vec<f64>, ModelError> {
         if !self.allows_inverted {
-            inverted_at_vertices(system, t, y)?;
+            inverted_at_vertices(system, at.t, at.y)?;
         }
-        self.values(system, t, y, y_dot)
+        self.values(system, at)
     }
 
     /// Returns the outputs at any state, such as a state near the motion for a difference quotient. Each probe is read
@@ -306,16 +304,14 @@ impl<'a> Readings<'a> {
     pub(super) fn values(
         &self,
         system: &mut dyn System,
-        t: f64,
-        y: &[f64],
-        y_dot: &[f64],
+        at: StateAt<'_>,
     ) -> Result<Vec<f64>, ModelError> {
         let mut rows: Vec<Option<Vec<f64>>> = vec![None; self.probes.len()];
         let mut values = Vec::with_capacity(self.outputs.len());
         for Output { probe, column, .. } in self.outputs {
             let row = match rows[*probe].take() {
                 Some(row) => row,
-                None => self.probes[*probe].values(system, StateAt { t, y, y_dot })?,
+                None => self.probes[*probe].values(system, at)?,
             };
             values.push(row[*column]);
             rows[*probe] = Some(row);
@@ -463,13 +459,14 @@ impl Request<'_> {
             Precision::Tested => integrator.controlling_steps(),
         };
         let readings = Readings::new(self.scene, self.outputs)?;
-        let mut read =
-            |system: &mut P, t: f64, y: &[f64], y_dot: &[f64]| readings.values(system, t, y, y_dot);
+        let mut read = |system: &mut P, t: f64, y: &[f64], y_dot: &[f64]| {
+            readings.values(system, StateAt { t, y, y_dot })
+        };
         let mut samples = Vec::with_capacity(self.times.len());
         let (scene, times) = (self.scene, self.times);
         sample(scene, &mut integrator, times, self.watcher, |integrator, t, inside| {
             let mut accepted = |system: &mut P, t: f64, y: &[f64], y_dot: &[f64]| {
-                readings.accepted_values(system, t, y, y_dot)
+                readings.accepted_values(system, StateAt { t, y, y_dot })
             };
             let values = integrator.read(inside, &mut accepted)?;
             let derivative = |j| integrator.derivative(j, inside, &values, &mut read);

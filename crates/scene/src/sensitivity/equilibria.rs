@@ -8,6 +8,7 @@ use myovib_model::{ModelError, Muscle, sensitivity::Stencil};
 use super::curves::{Cost, Output, Readings, Sample};
 use super::parameters::{Parameterized, STEP, around, body};
 use crate::Error;
+use crate::probe::StateAt;
 use crate::run::statics::{at_rest, unknowns};
 use crate::watch::{Watcher, search};
 
@@ -92,10 +93,10 @@ pub fn equilibria(
         let read_as = |muscle: &Muscle, y: &[f64], is_accepted: bool| {
             let muscle = muscle.under_part_of_loads(state.load);
             let mut dae = at_rest(&muscle, body.formulation, t)?;
-            let y_dot = vec![0.0; y.len()];
+            let at = StateAt { t, y, y_dot: &vec![0.0; y.len()] };
             match is_accepted {
-                true => readings.accepted_values(&mut dae, t, y, &y_dot),
-                false => readings.values(&mut dae, t, y, &y_dot),
+                true => readings.accepted_values(&mut dae, at),
+                false => readings.values(&mut dae, at),
             }
         };
         let read = |muscle: &Muscle, y: &[f64]| read_as(muscle, y, false);

@@ -9,6 +9,7 @@ use super::curves::{Output, Readings, outputs, sample, settings};
 use super::parameters::body;
 use super::sample_times;
 use super::unsupported::unsupported_in_map;
+use crate::probe::StateAt;
 use crate::run::start::initial;
 use crate::scene::Scene;
 use crate::vtu::CellField;
@@ -174,7 +175,8 @@ fn follow(
             integrator.dense_output(t, derivative as u32, out)?;
         }
         let [y, y_dot] = &state;
-        let values = readings.accepted_values(integrator.problem_mut(), t, y, y_dot)?;
+        let at = StateAt { t, y, y_dot };
+        let values = readings.accepted_values(integrator.problem_mut(), at)?;
         samples.push((t, values));
         Ok(())
     })?;
