@@ -20,9 +20,12 @@ pub(super) struct Factor<'m> {
     path: String,
 }
 
+/// Function of a position.
+type OfPlace = dyn Fn(&[f64]) -> f64;
+
 enum Values<'m> {
     One,
-    Expression { text: &'m str, of: Box<dyn Fn(&[f64]) -> f64> },
+    Expression { text: &'m str, of: Box<OfPlace> },
     Nodal { name: &'m str, field: &'m NodalField, component: usize },
 }
 
