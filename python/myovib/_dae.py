@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from ._advice import START, STOPPED, Facts, _advice, _explain, _missing_entry, _share_of_entries, _singular, _wrong_entry
+from ._advice import START, Ending, Facts, advise, describe_singular, explain
 from ._arguments import (
     LARGE,
     _Calls,
@@ -30,6 +30,7 @@ from ._arguments import (
     _with,
 )
 from ._breaks import jumping_from_start, values_after, values_of_index_2
+from ._entries import missing_entry, share_of_entries, wrong_entry
 from ._index import index_note, jumping_multipliers, listed
 from ._outputs import violated
 from ._parts import (
@@ -45,6 +46,7 @@ from ._parts import (
 )
 from ._sensitivity import Sensitivities
 from ._solution import Array, DaeSolution, DenseOutput, Function
+from ._stops import STOPPED
 from ._structure import Structure
 
 __all__ = ["DaeSolution", "DenseOutput", "solve_dae"]
@@ -392,7 +394,7 @@ def solve_dae(
             "because dF/dy' is singular: `yp` may be wrong at the start. Introduce a variable for the "
             "combination whose derivative occurs"
         )
-    if matrices is None and pattern is None and (share := _share_of_entries(residual, first_limits[0], start, rates)):
+    if matrices is None and pattern is None and (share := share_of_entries(residual, first_limits[0], start, rates)):
         notes.append(
             f"only about {share:.1%} of the entries of the Jacobian are nonzero, but full matrices are computed, with {n} "
             "differences each: `sparsity` makes them much cheaper"
@@ -423,7 +425,7 @@ def solve_dae(
         explained = f"; {START}" if is_violated else ""
         if initial != "given":
             tolerance = rtol * np.abs(start) + tolerances
-            explained = _explain(initial, residual, first_limits[0], start, rates, tolerance, pattern)
+            explained = explain(initial, residual, first_limits[0], start, rates, tolerance, pattern)
         raise RuntimeError(f"{failed}{explained}") from None
     of_functions = found.pop("warnings")
     n_parameters = 0 if sensitivities is None else len(sensitivities.parameters)
@@ -466,21 +468,21 @@ def solve_dae(
     )
     wrong = next((text for subject, text in of_functions if subject == "jacobian"), None)
     if pattern is not None and jacobian is None and not solution.success:
-        wrong = _missing_entry(solution, _within(residual, last_limits), pattern, rtol, tolerances)
-    if wrong or (wrong := _wrong_entry(solution, _within(residual, last_limits), jacobian, last_limits, rtol, tolerances)):
+        wrong = missing_entry(solution, _within(residual, last_limits), pattern, rtol, tolerances)
+    if wrong or (wrong := wrong_entry(solution, _within(residual, last_limits), jacobian, last_limits, rtol, tolerances)):
         notes.append(wrong)
         if not solution.success:
             solution.message = f"{solution.message.partition('; suggested remed')[0]}; {wrong}"
-    elif advice := _advice(last, _within(residual, last_limits), rtol, tolerances, facts):
+    elif advice := advise(Ending(last, _within(residual, last_limits), rtol, tolerances, facts)):
         notes.append(advice)
         solution.message = last.message
-    may_be_singular = structure is not None and bool(_singular(structure))
+    may_be_singular = structure is not None and bool(describe_singular(structure))
     if (is_of_index_4 or may_be_singular) and solution.success and solution.t.size:
         # The linearized equations may be singular only at the start, or their index may be too high only there.
         end = (solution.t[-1], solution.y[:, -1], solution.yp[:, -1])
         weights = rtol * np.abs(end[1]) + tolerances
         at_end = Structure.at(_within(residual, last_limits), *end, weights, pattern=pattern)
-        reason = _singular(at_end) if may_be_singular else ""
+        reason = describe_singular(at_end) if may_be_singular else ""
         if is_of_index_4 and at_end and index_note(at_end, family, indices, excluded)[1]:
             reason = note
         if reason:

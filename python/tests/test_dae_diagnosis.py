@@ -9,7 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from myovib import StepFailure, solve_dae
-from myovib._advice import WIDTH, _jumping, _kinked
+from myovib._advice import WIDTH
+from myovib._kinks import jumping, kinked
 from myovib._structure import Structure
 
 G = 9.81
@@ -110,7 +111,7 @@ def test_remedies_for_jumps_that_hold_the_solution_work(equations, end, start, v
     arguments = {"method": method, "rtol": rtol, "atol": rtol, "max_steps": 5000}
     s, _ = solved(equations(np.sign), (0, end), *start, **arguments)
     assert not s.success
-    assert _jumping(equations(np.sign), s, rtol, np.array([rtol]), s.t[-1])[1] == variable
+    assert jumping(equations(np.sign), s, rtol, np.array([rtol]), s.t[-1])[1] == variable
     # No argument of `solve_dae` helps.
     assert not re.findall("`|=|tolerances;", s.message.partition("; the equations")[2])
     width = WIDTH * rtol
@@ -135,7 +136,7 @@ def test_jumps_of_inputs_name_breaks_first(method, rtol):
     arguments = {"method": method, "rtol": rtol, "atol": 0.01 * rtol}
     s, _ = solved(battery, (0, 3), [0, 0, 0], [0, 0, 0], **arguments)
     assert not s.success and re.findall("`([a-z_]+)`", s.message) == ["breaks"]
-    assert _jumping(battery, s, rtol, np.array([0.01 * rtol]), s.t[-1]) == ([2], None)
+    assert jumping(battery, s, rtol, np.array([0.01 * rtol]), s.t[-1]) == ([2], None)
     s, _ = solved(battery, (0, 3), [0, 0, 0], [0, 0, 0], breaks=[1.3], **arguments)
     # The charge is linear in time.
     assert s.success and s.y[0, -1] == pytest.approx(1.7, rel=rtol)
@@ -164,7 +165,7 @@ def test_steep_functions_and_rounding_are_no_jumps(size, rtol, start):
         return [terms, abs(y[0] - start) / rtol, np.sqrt(y[1])]
 
     state = SimpleNamespace(t=np.ones(1), y=np.array([[start], [0.0], [0.0]]), yp=np.zeros((3, 1)))
-    assert _jumping(smooth, state, rtol, np.array([0.01 * rtol]), 1.0) is None
+    assert jumping(smooth, state, rtol, np.array([0.01 * rtol]), 1.0) is None
 
 
 def test_looser_tolerances_are_suggested_for_tight_tolerances_only():
@@ -350,12 +351,12 @@ def test_rounding_is_no_kink(size, rtol):
     def smooth(t, y, yp):
         return [np.sin(y[0]) + size * (y[0] - 1) - size * (y[0] - 2) - size]
 
-    def kinked(t, y, yp):
+    def bent(t, y, yp):
         return [max(y[0] - 1, 0.0)]
 
     state = SimpleNamespace(t=np.zeros(1), y=np.ones((1, 1)), yp=np.zeros((1, 1)))
-    assert _kinked(smooth, state, rtol, np.array([0.01 * rtol])) == []
-    assert _kinked(kinked, state, rtol, np.array([0.01 * rtol])) == [0]
+    assert kinked(smooth, state, rtol, np.array([0.01 * rtol])) == []
+    assert kinked(bent, state, rtol, np.array([0.01 * rtol])) == [0]
 
 
 def test_times_of_late_starts_have_their_origin():
