@@ -419,10 +419,10 @@ FRACTION = 0.01
 
 
 def _nonlinear(ending: Ending) -> list[int]:
-    """Return the algebraic variables that count as variables of index 2 in equations that vary by orders of magnitude.
+    """Return the algebraic variables of index 2 whose effect on F varies by orders of magnitude.
 
-    Their index is 1 where F depends on them strongly, as on the voltage of a conducting diode. Error tests for index 2 then
-    allow errors that F magnifies.
+    Where F depends on such a variable strongly, its index is 1. An example is the voltage of a diode, which conducts only at
+    some times. Error tests for index 2 then allow errors that F magnifies.
     """
     solution, residual, facts, n = ending.solution, ending.residual, ending.facts, ending.n
     if n > LARGE:

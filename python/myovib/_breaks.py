@@ -48,8 +48,8 @@ def values_after(
 ) -> State | None:
     """Return y and y' after a break between the first two times. The next break is after the third time.
 
-    The values are those at the second time. The state from before the break is kept if F does not jump by more than it
-    changes when y and y' change within the tolerances. Otherwise, y changes within the null space of dF/dy', and y'
+    The values are those at the second time. The state from before the break is kept if the jump of F is not larger than the
+    effect of changes of y and y' within the tolerances. Otherwise, y changes within the null space of dF/dy', and y'
     changes in its complement. The combinations of y whose derivatives F contains are therefore continuous. Derivatives
     that F does not contain satisfy the derivative of F = 0. They are computed if the method uses them and dF/dy' is
     singular. `free_rates` contains these two conditions, the second one for the start of the integration. After a jump,

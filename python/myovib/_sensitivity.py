@@ -63,7 +63,7 @@ class Sensitivities:
         n: int,
         calls: _Calls,
     ) -> None:
-        """Check the arguments of `solve_dae`; `functions` are `residual`, whose `calls` are counted, and `df_dp`."""
+        """Check the arguments of `solve_dae`. `functions` is the pair (`residual`, `df_dp`), and `calls` counts the calls of `residual`."""
         if np.size(parameters) == 0:
             raise ValueError("parameters is empty: must have at least one value")
         self.parameters = _vector("parameters", parameters).copy()
@@ -237,7 +237,7 @@ class Sensitivities:
         return False
 
     def _resolved(self, j: int, at: tuple[float, Array, Array]) -> tuple[float, Array] | None:
-        """Return a size of parameter j, closest to 1, for which the difference quotients are accurate, and the quotient."""
+        """Return the magnitude of parameter j, as close to 1 as possible, at which difference quotients are accurate, and the quotient."""
         if self._df_dp is not None:
             quotient = self.derivatives(*at).reshape(self.n, -1)[:, j]
             return (1.0, quotient) if quotient.any() else None

@@ -262,7 +262,7 @@ class Structure:
         return bool(max(abs(self.df_dy).max(), abs(self.df_dyp).max()) > HUGE)
 
     def index(self) -> int:
-        """Return the highest clear index of all variables; if it is at least 1, it is the index of the equations."""
+        """Return the highest index that is determined for any variable; if it is at least 1, it is the index of the equations."""
         return int(self.variable_indices.max())
 
     def has_free_rates(self) -> bool:

@@ -56,7 +56,7 @@ pub(crate) enum What {
     Response,
     /// Runs without chains, with separate steps of chains and with one system
     Chains,
-    /// Twenty steps of bodies with 100 000 unknowns, and costs from 10 000 to 200 000
+    /// Twenty time steps of bodies with 100 000 unknowns, and the cost of 10 000 to 200 000 unknowns
     Large,
 }
 

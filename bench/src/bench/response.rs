@@ -34,7 +34,7 @@ struct Row {
     ratio: f64,
 }
 
-/// Adaptive or fixed frequencies, and the interpolation error between them.
+/// Adaptive or fixed frequencies, and the interpolation error between neighboring frequencies.
 #[derive(Serialize)]
 struct Interpolation {
     grid: String,

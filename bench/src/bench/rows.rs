@@ -15,7 +15,7 @@ use myovib_cli::machine::Machine;
 use myovib_cli::progress::Progress;
 use myovib_scene::{Body, Scene};
 
-/// Rows that finish. Multipliers are excluded from the error test.
+/// Rows of Table 2 that reach the end time if multipliers are excluded from the error test.
 const KEYS: [&str; 4] = ["1", "2m", "3m", "31"];
 
 /// Linear solver to be measured.

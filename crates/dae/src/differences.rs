@@ -19,7 +19,7 @@ const COARSE: f64 = 0.1;
 /// small differences of large entries.
 const FRACTION: f64 = 1e-4;
 
-/// Ratio of the second fine displacement to the first. Both have the same direction, so that a variable at the edge of
+/// Ratio of the second small displacement to the first. Both have the same direction, so that a variable at the edge of
 /// the domain of F stays within the domain. Rounding changes F by whole units in the last place, so quotients dominated
 /// by rounding do not agree.
 const SECOND: f64 = 0.7;
@@ -30,8 +30,9 @@ const AGREEMENT: f64 = 1e-2;
 /// Factor by which a displacement without any effect is enlarged.
 const ENLARGEMENT: f64 = 1e4;
 
-/// Maximum difference of two fine quotients, relative to the difference between the first of them and the usual
-/// quotient. Below this ratio, the error of the usual quotient is far above rounding.
+/// Maximum difference of the quotients of the two small displacements, relative to the difference between the first of
+/// them and the quotient of the standard displacement. Below this ratio, the error of the standard quotient is far above
+/// rounding.
 const SIGNIFICANCE: f64 = 0.1;
 
 /// Workspace for a Jacobian from one-sided differences, with one evaluation per color.

@@ -112,8 +112,8 @@ pub trait LinearSolver<P> {
         0
     }
 
-    /// Returns the total number of pivot selections so far, for all matrices, if later setups reuse pivots. Returns 0
-    /// if a setup depends only on the last evaluation and its shifts.
+    /// If setups reuse earlier pivots, returns the number of pivot selections so far in all matrices. Returns 0 if a
+    /// setup depends only on the last evaluation and on the shifts.
     fn pivot_choices(&self) -> u64 {
         0
     }

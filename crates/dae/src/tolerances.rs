@@ -168,7 +168,7 @@ impl Suppressed {
     }
 }
 
-/// Returns whether each component has at least the index `least`.
+/// Returns, for each component, whether its index is at least `least`.
 fn from_index(least: u8, indices: Option<&[u8]>) -> Result<Vec<bool>, NoIndices> {
     let indices = indices.ok_or(NoIndices)?;
     Ok(indices.iter().map(|index| *index >= least).collect())

@@ -42,7 +42,7 @@ impl Predictor {
         }
     }
 
-    /// Uses zero for the next step, because the last step does not predict it.
+    /// Starts the next step from zero, because the last step cannot predict its values.
     pub(crate) fn forget(&mut self) {
         self.continues = false;
     }

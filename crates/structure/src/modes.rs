@@ -95,8 +95,8 @@ struct RitzPair {
     residual: f64,
 }
 
-/// A basis V, orthonormal in the inner product of M, with the products M V and the projection H of the map T. It
-/// also contains the components outside the space of the images of the last block.
+/// A basis V, orthonormal in the inner product of M, with the products M V and the projection H of the map T. Also
+/// contains the images of the last block without their components in this basis.
 struct KrylovSpace<'a> {
     vibration: &'a Vibration,
     shifted: Shifted,

@@ -1,4 +1,4 @@
-//! Dual numbers, which differentiate equations written only once.
+//! Dual numbers for automatic differentiation, so that equations are written only once.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

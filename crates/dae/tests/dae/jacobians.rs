@@ -5,8 +5,8 @@ use myovib_conformance::samples::{
 };
 use myovib_dae::{Linearization, Problem, StepError, Tolerances, check_jacobian};
 
-/// Checks a sample near its start (y moved by 10 %): first unchanged, then with each entry doubled or negated. Returns
-/// the number of changes that were found, and the number of changes.
+/// Checks the Jacobian of a sample near its start (y moved by 10 %): first unchanged, then with each entry doubled or
+/// negated. Returns the number of detected changes, and the number of all changes.
 fn found<S: Sample + Clone>(sample: &S) -> (usize, usize) {
     let start = sample.start();
     let y: Vec<f64> = start.y.iter().map(|y| 1.1 * y + 0.1).collect();

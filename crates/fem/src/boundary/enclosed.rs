@@ -183,7 +183,7 @@ impl EnclosedVolume {
     }
 
     /// Returns the volume at displacement `u`, which has length `n_components`. The volume is positive if the body
-    /// surrounds the volume, and negative if the group surrounds the body.
+    /// surrounds the volume, and negative if the surface of the group surrounds the body.
     ///
     /// # Panics
     /// Panics if `u` is too short.

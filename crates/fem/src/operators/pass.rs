@@ -11,8 +11,8 @@ use crate::simd::lanes::outlined;
 
 /// Contribution of elements to the results of a pass.
 pub(crate) trait Kernel<const D: usize, const N: usize, const P: usize> {
-    /// Whether a second version without rates is compiled in 2D. In 3D, the cost of a test at run time is
-    /// negligible.
+    /// Whether a second kernel without rates is compiled in 2D. In 3D, one kernel is sufficient, because the test at
+    /// run time costs little.
     const SPLIT: bool = false;
 
     /// Buffers that all parts share.

@@ -91,7 +91,7 @@ pub(crate) fn coarse_block() -> Result<Mesh, FemError> {
     mesh.with_groups(groups)
 }
 
-/// Index of a case on one mesh at one state.
+/// Differentiation index of a case, computed on one mesh at one state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
     /// Number of triangles of the mesh.

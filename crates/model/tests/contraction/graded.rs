@@ -23,8 +23,8 @@ fn by_half<T: Clone>(dimension: usize, own: [T; 2]) -> Vec<T> {
     (0..mesh.n_elements()).map(of).collect()
 }
 
-/// A bar of two materials between walls shortens by the sum of the shortenings of both parts: for F = diag(a, 1) the
-/// stress in each half is dW/da, independent of the material of the other half.
+/// In a bar of two materials between walls, each half shortens as it would alone: for F = diag(a, 1), the stress in each
+/// half is dW/da and does not depend on the other material.
 #[test]
 fn two_materials_in_a_row_shorten_as_each_does_alone() {
     let mesh = generate::rectangle([0.0; 2], [1.0, 0.8], [2, 2]).unwrap();

@@ -170,8 +170,8 @@ impl History {
     }
 }
 
-/// Adds Σ_j b_ij z_j of a stored step, multiplied by the share of each column, to stage i of the guess. A stage has
-/// `numbers` values, the `shares` are repeated periodically, and `basis` contains b_ij stage by stage.
+/// Adds Σ_j b_ij z_j of a stored step to stage i of the initial guess, with each column multiplied by its share. A stage
+/// has `numbers` values, the `shares` are repeated periodically, and `basis` contains b_ij stage by stage.
 #[with_simd(add_polynomials = Arch::new())]
 #[inline(always)]
 fn add_polynomials_with<S: Simd>(

@@ -22,7 +22,7 @@ pub struct SensitivityWork {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct AdjointWork {
-    /// Number of steps traversed backward, excluding steps after the last data.
+    /// Number of steps traversed backward, excluding steps after the last data point.
     pub steps: u64,
     /// Number of steps replayed from checkpoints.
     pub repeated_steps: u64,

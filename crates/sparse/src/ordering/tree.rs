@@ -12,7 +12,7 @@ pub(crate) const NONE: u32 = u32::MAX;
 pub(crate) struct Tree {
     /// Nodes of the graph in the order of elimination.
     pub(crate) order: Vec<u32>,
-    /// Position of the parent of each node, by position in the order.
+    /// Position of the parent of each node in the elimination order, indexed by the position of the node.
     pub(crate) parents: Vec<u32>,
     /// Number of unknowns of each node, by position.
     pub(crate) widths: Vec<usize>,

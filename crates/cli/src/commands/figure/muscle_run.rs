@@ -61,7 +61,7 @@ impl MuscleRun {
         Ok(document)
     }
 
-    /// Returns the exit code. A run that stopped before its end time is drawn up to its last time.
+    /// Returns the exit code. The plot of a run that stopped early ends at its last time.
     pub(in crate::commands) fn exit(&self) -> Exit {
         Exit::of(&self.statistics.outcome)
     }
