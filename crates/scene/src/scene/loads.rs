@@ -7,12 +7,15 @@ use myovib_model::{Load, Probe, Signal, SurfaceLoad};
 use num_complex::Complex64;
 
 use super::builder::Builder;
-use super::supports::Component;
 use crate::InputError;
+use crate::scene_file::response::Amplitudes;
 use crate::scene_file::solid::{BodyForce, Traction};
 
 /// Loads, each with the key of its component in the scene.
 type Keyed<L> = Vec<(String, L)>;
+/// Returns the load of unit size along an axis.
+type UnitLoad<'a> = dyn Fn(usize) -> Result<Vec<f64>, InputError> + 'a;
+
 /// A load of unit size and the amplitude of its harmonic part.
 type Harmonic = (SurfaceLoad, Complex64);
 
@@ -27,14 +30,17 @@ impl Builder<'_> {
         let dimension = space.dimension();
         let mut loads = Vec::new();
         let mut harmonic = vec![Complex64::ZERO; space.n_components()];
-        let mut add = |unit: &[f64], component: &Component<'_>| {
-            if let Some(function) = component.function {
-                let load = Load::new(unit, self.signal(function, &component.path)?);
-                loads.push((component.path.clone(), load));
-            }
-            if component.amplitude != Complex64::ZERO {
-                for (total, unit) in harmonic.iter_mut().zip(unit) {
-                    *total += component.amplitude * unit;
+        let mut add = |given, response: &Option<Amplitudes>, path: &str, unit: &UnitLoad<'_>| {
+            for component in self.components(given, response.as_ref(), dimension, path)? {
+                let unit = unit(component.axis)?;
+                if let Some(function) = component.function {
+                    let load = Load::new(&unit, self.signal(function, &component.path)?);
+                    loads.push((component.path, load));
+                }
+                if component.amplitude != Complex64::ZERO {
+                    for (total, unit) in harmonic.iter_mut().zip(unit) {
+                        *total += component.amplitude * unit;
+                    }
                 }
             }
             Ok(())
@@ -42,15 +48,10 @@ impl Builder<'_> {
         for (i, traction) in self.file.traction.iter().enumerate() {
             let path = format!("traction[{i}]");
             let given = [&traction.x, &traction.y, &traction.z];
-            let harmonic = traction.response.as_ref();
-            for component in self.components(given, harmonic, dimension, &path)? {
-                let axis = component.axis;
-                let unit = match dimension {
-                    2 => self.unit_traction::<2>(traction, space, axis, &path),
-                    _ => self.unit_traction::<3>(traction, space, axis, &path),
-                }?;
-                add(&unit, &component)?;
-            }
+            add(given, &traction.response, &path, &|axis| match dimension {
+                2 => self.unit_traction::<2>(traction, space, axis, &path),
+                _ => self.unit_traction::<3>(traction, space, axis, &path),
+            })?;
         }
         for (i, force) in self.file.body_force.iter().enumerate() {
             let path = format!("body_force[{i}]");
@@ -60,28 +61,22 @@ impl Builder<'_> {
                 own[element] = densities[element];
             }
             let given = [&force.x, &force.y, &force.z];
-            let harmonic = force.response.as_ref();
-            for component in self.components(given, harmonic, dimension, &path)? {
-                let axis = component.axis;
-                let unit = match dimension {
-                    2 => self.unit_weight::<2>(force, space, &own, axis, &path),
-                    _ => self.unit_weight::<3>(force, space, &own, axis, &path),
-                }?;
-                add(&unit, &component)?;
-            }
+            add(given, &force.response, &path, &|axis| match dimension {
+                2 => self.unit_weight::<2>(force, space, &own, axis, &path),
+                _ => self.unit_weight::<3>(force, space, &own, axis, &path),
+            })?;
         }
         for (i, force) in self.file.point_force.iter().enumerate() {
             let path = format!("point_force[{i}]");
             let point = self.point(space, &force.at, &path)?;
             let given = [&force.x, &force.y, &force.z];
-            let harmonic = force.response.as_ref();
-            for component in self.components(given, harmonic, dimension, &path)? {
+            add(given, &force.response, &path, &|axis| {
                 let mut unit = vec![0.0; space.n_components()];
                 for (node, weight) in point.node_weights() {
-                    unit[dimension * node + component.axis] = *weight;
+                    unit[dimension * node + axis] = *weight;
                 }
-                add(&unit, &component)?;
-            }
+                Ok(unit)
+            })?;
         }
         Ok((loads, harmonic))
     }
