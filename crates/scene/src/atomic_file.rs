@@ -64,15 +64,7 @@ pub(crate) fn sync(file: &File) -> io::Result<()> {
 /// # Errors
 /// Returns the errors of `fill` and of the file system. In case of an error, the old file (if any) is unchanged, and no
 /// temporary file remains.
-///
-/// # Examples
-/// ```
-/// # let folder = tempfile::tempdir().unwrap();
-/// # let path = folder.path().join("answer.txt");
-/// myovib_scene::atomic_file::write(&path, |file| writeln!(file, "{}", 42)).unwrap();
-/// assert_eq!(std::fs::read_to_string(&path).unwrap(), "42\n");
-/// ```
-pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     // The temporary file is in the same folder because a rename across file systems is not atomic.
     let folder = match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
