@@ -44,8 +44,6 @@ impl<W: Write> CsvWriter<W> {
         Self { sink, n_columns, written }
     }
 
-    /// Writes one row.
-    ///
     /// # Panics
     /// Panics if the number of values differs from the number of names.
     pub fn row(&mut self, values: &[f64]) -> io::Result<()> {
@@ -56,7 +54,6 @@ impl<W: Write> CsvWriter<W> {
         Ok(())
     }
 
-    /// Returns the amount of data that has been written.
     pub fn written(&self) -> &Written {
         &self.written
     }

@@ -41,7 +41,6 @@ pub struct BodyModes {
     pub notes: Vec<String>,
 }
 
-/// Mode and its damping.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Mode {
     /// ω² (1/s²); negative if the state is unstable.
@@ -175,10 +174,6 @@ impl Modes {
     }
 }
 
-/// Returns the body of a scene.
-///
-/// # Errors
-/// Fails if the scene has no body.
 pub fn body_of(scene: &Scene) -> Result<&Body, InputError> {
     scene.body.as_ref().ok_or_else(|| {
         InputError::new("the scene has no body, so there are no modes to compute")

@@ -81,7 +81,6 @@ pub struct Column {
     pub mean: f64,
     pub minimum: f64,
     pub maximum: f64,
-    /// Amplitudes a_1, a_2, …
     pub amplitudes: Vec<f64>,
     /// Phases φ_1, φ_2, … in degrees.
     pub phases: Vec<f64>,

@@ -55,7 +55,6 @@ pub(crate) trait System {
     }
 }
 
-/// Returns the muscle of a system, or an error if it has no muscle.
 pub(crate) fn muscle_of<'s, P: System + ?Sized>(
     system: &'s mut P,
     y: &[f64],
@@ -63,7 +62,6 @@ pub(crate) fn muscle_of<'s, P: System + ?Sized>(
     system.muscle_at(y).ok_or(ModelError::NoSuchPart { part: "muscle" })
 }
 
-/// Returns a network of a system and the range of its unknowns, or an error if the network is missing.
 pub(crate) fn network_of(
     system: &dyn System,
     k: usize,

@@ -37,7 +37,6 @@ impl Watcher<'_> {
     /// Watcher without progress messages and without interruption.
     pub const NOBODY: Watcher<'static> = Watcher { interrupt: None, progress: &() };
 
-    /// Returns whether the flag is set.
     pub fn is_interrupted(&self) -> bool {
         let interrupt = self.interrupt;
         interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed))

@@ -91,7 +91,6 @@ impl FitOptions<'_> {
     }
 }
 
-/// Outcome of a fit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outcome {
     /// The search found a minimum of the cost.

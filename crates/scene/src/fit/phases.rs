@@ -84,7 +84,6 @@ impl Phases<'_, '_> {
         rough
     }
 
-    /// Fits with full runs from all starts.
     fn full(
         &mut self,
         model: &mut SceneModel<'_>,
@@ -129,7 +128,6 @@ impl Phases<'_, '_> {
         last.expect("there is a phase before the last")
     }
 
-    /// Fits with full runs, starting from the result of the `rough` fit.
     fn last(
         &mut self,
         model: &mut SceneModel<'_>,

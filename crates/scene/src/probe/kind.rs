@@ -189,7 +189,6 @@ impl<'a> Systems<'a> {
 }
 
 impl Parts<'_> {
-    /// Returns an error if the scene has no chain with this name.
     pub(crate) fn expect_chain(&self, name: &str) -> Result<(), Wrong<InputError>> {
         match self.chains.contains(&name) {
             true => Ok(()),

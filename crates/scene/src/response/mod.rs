@@ -83,7 +83,6 @@ pub struct Curves {
     pub amplitudes: Vec<Vec<Complex64>>,
 }
 
-/// Serializes complex numbers as pairs.
 fn pairs<S: serde::Serializer>(rows: &[Vec<Complex64>], json: S) -> Result<S::Ok, S::Error> {
     let pair = |z: &Complex64| [z.re, z.im];
     json.collect_seq(rows.iter().map(|row| row.iter().map(pair).collect::<Vec<_>>()))
@@ -428,7 +427,6 @@ fn fields(
     Ok(fields.collect())
 }
 
-/// Key of the preload time.
 pub(crate) const PRELOAD: &str = "response.preload_time";
 
 /// Returns the equilibrium under the loads at `preload_time`, which is the value of `key`, or the unloaded body if no

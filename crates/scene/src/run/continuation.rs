@@ -80,7 +80,6 @@ impl Branch {
         Ok(Some(branch))
     }
 
-    /// Returns the scene with the number set to `value`.
     fn at(&self, scene: &Scene, value: f64) -> Result<Scene, InputError> {
         scene.with(&[format!("{}={value:?}", self.wanted.parameter)])
     }

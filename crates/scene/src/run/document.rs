@@ -188,7 +188,6 @@ fn seed(scene: &Scene) -> Value {
     }
 }
 
-/// Returns the size, formulation and index of the muscle.
 fn body(muscle: &Muscle, formulation: Formulation) -> Value {
     let indices = formulation.rows().iter().map(|(field, _)| {
         let index = muscle.variable_index(formulation, *field);
@@ -204,7 +203,6 @@ fn body(muscle: &Muscle, formulation: Formulation) -> Value {
     })
 }
 
-/// Returns the size of the mesh.
 fn mesh(muscle: &Muscle) -> Value {
     let space = muscle.solid.space();
     json!({

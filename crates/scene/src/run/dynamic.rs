@@ -252,7 +252,6 @@ impl Driver for Motion<'_> {
     }
 }
 
-/// Restores the integrator and its system from a checkpoint.
 fn restore<P: System>(
     integrator: &mut dyn Integrator<P>,
     checkpoint: &Checkpoint,
@@ -285,7 +284,6 @@ fn ended_at(t: f64, counts: Counts) -> Statistics {
     }
 }
 
-/// Returns the stop conditions of the scene.
 pub(super) fn conditions(scene: &Scene) -> Result<Vec<Condition>, InputError> {
     let stops = scene.file.stop.iter().enumerate();
     stops.map(|(i, stop)| scene.at(&format!("stop[{i}]"), Condition::new(stop, scene))).collect()

@@ -28,7 +28,6 @@ pub(super) fn columns(dimension: usize) -> Vec<String> {
     own.into_iter().chain(axes("participation")).chain(axes("effective_mass")).collect()
 }
 
-/// Computes the modes of the body of a scene.
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let clocks = Clocks::start();
     let body = modes::body_of(scene)?;

@@ -24,7 +24,6 @@ pub(super) struct Recorder {
 }
 
 impl Recorder {
-    /// Creates the file of the probe.
     pub(super) fn new(
         probe: &Probe,
         what: Box<dyn Reading>,
@@ -67,7 +66,6 @@ impl Recorder {
         written.map_err(|error| cannot_write(&self.path, error))
     }
 
-    /// Returns the amount of data in the file.
     pub(super) fn written(&self) -> &Written {
         self.csv.written()
     }

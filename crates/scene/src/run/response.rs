@@ -11,7 +11,6 @@ use crate::response::{Curves, Response};
 use crate::vtu::{self, AMPLITUDES_LIST, Grid, Listing};
 use crate::{Error, Scene};
 
-/// Computes the harmonic response of a scene.
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let clocks = Clocks::start();
     let has_fields = scene.file.response.as_ref().is_some_and(|own| !own.fields.is_empty());

@@ -30,7 +30,6 @@ pub struct Trial {
     pub end: TrialEnd,
 }
 
-/// Reason for the end of a [`Trial`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum TrialEnd {
     /// The CPU time for the trial is used up. The run itself would continue.
@@ -50,7 +49,6 @@ pub fn try_out(scene: &Scene) -> Result<Trial, Error> {
     start(scene, None, Watcher::NOBODY, Attempt { most })
 }
 
-/// Trial with a maximum number of steps.
 struct Attempt {
     most: u64,
 }

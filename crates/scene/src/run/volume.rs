@@ -79,7 +79,6 @@ impl Volumes {
         }
     }
 
-    /// Returns a note if the penetration is large.
     pub(super) fn penetration_note(&self) -> Option<String> {
         (self.penetration > LARGE_PENETRATION).then(|| {
             let remedy = match self.penetration > INSIDE {

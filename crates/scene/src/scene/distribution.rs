@@ -69,7 +69,6 @@ impl Factor<'_> {
     }
 }
 
-/// Returns the position of a vertex.
 pub(super) fn point(mesh: &Mesh, vertex: usize) -> &[f64] {
     let dimension = mesh.dimension();
     &mesh.coordinates()[dimension * vertex..][..dimension]

@@ -99,7 +99,6 @@ impl Builder<'_> {
         Err(self.wrong(path, error))
     }
 
-    /// Adds the feedbacks of materials whose tension follows a chain.
     fn add_tensions(
         &self,
         body: &Body,

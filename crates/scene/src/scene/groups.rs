@@ -19,7 +19,6 @@ type MemberSet = BTreeSet<Vec<usize>>;
 type Condition<'a> = Box<dyn Fn(&[f64]) -> bool + 'a>;
 
 impl Builder<'_> {
-    /// Returns the mesh with an additional group.
     pub(super) fn with_group(
         &self,
         mesh: &Mesh,

@@ -16,7 +16,6 @@ use crate::scene_file::output::Stop;
 
 #[derive(Debug, Clone)]
 pub struct DrivenChain {
-    /// Name of the chain in the output.
     pub name: String,
     pub chain: Chain,
     /// Gain and range of the forcing.

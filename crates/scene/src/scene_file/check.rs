@@ -42,12 +42,10 @@ pub(super) fn check(value: &Value, schema: &Value) -> Result<(), Problem> {
     Checker { definitions: schema.get("$defs") }.value(value, schema, "")
 }
 
-/// Returns the path of a member of the object at `path`.
 pub(super) fn member(path: &str, key: &str) -> String {
     if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
 }
 
-/// Returns the path of an entry of the list at `path`.
 pub(super) fn entry(path: &str, index: usize) -> String {
     format!("{path}[{index}]")
 }
@@ -77,7 +75,6 @@ impl<'s> Checker<'s> {
         }
     }
 
-    /// Follows references.
     fn resolve(&self, mut schema: &'s Value) -> &'s Value {
         while let Some(name) = schema["$ref"].as_str().and_then(|r| r.strip_prefix("#/$defs/")) {
             schema = self

@@ -75,7 +75,6 @@ impl Source {
         &self.value
     }
 
-    /// Returns the unchanged text.
     pub fn text(&self) -> &str {
         &self.text
     }

@@ -24,7 +24,6 @@ use crate::{Error, InputError};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Output {
     pub name: String,
-    /// Name of the column.
     pub column_name: String,
     /// Index of the probe; the ratios of a response follow the probes.
     pub(super) probe: usize,

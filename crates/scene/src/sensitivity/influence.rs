@@ -50,7 +50,6 @@ const TABLES: [&str; 7] = [
     "initial_state",
 ];
 
-/// Returns whether a table contains loads.
 fn affects_loads(table: &str) -> bool {
     LOADS.contains(&table) || SurfaceLoads::KEYS.contains(&table)
 }

@@ -37,7 +37,6 @@ use crate::{Error, Scene};
 pub struct Curves {
     /// Independent variable of the samples.
     pub abscissa: Abscissa,
-    /// Labels of the parameters.
     pub parameters: Vec<String>,
     pub outputs: Vec<String>,
     /// Typical sizes p̄ of the parameters. Derivatives are multiplied by them so that they can be compared.

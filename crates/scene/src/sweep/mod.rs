@@ -258,7 +258,6 @@ struct Sweep<'a> {
     n_threads: NonZeroUsize,
     /// Scene text without overrides.
     scene: String,
-    /// Version of the program.
     program: String,
     /// Hashes of the input files of cases. Each hash is computed only once; it is `None` for an unreadable file.
     hashes: Mutex<HashMap<PathBuf, Option<String>>>,

@@ -13,7 +13,6 @@ pub struct Grid {
     pub(super) nodes: Vec<usize>,
     /// Point indices of all cells.
     pub(super) cells: Vec<usize>,
-    /// Region of each cell.
     pub(super) regions: Vec<usize>,
     /// Fiber direction at the center of each cell; empty for a body without fibers.
     pub(super) fibers: Vec<[f64; 3]>,
