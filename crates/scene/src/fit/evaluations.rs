@@ -10,7 +10,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::effort::Effort;
+use super::model::Effort;
 use crate::atomic_file::{self, Growing};
 use crate::inputs::{self, sha256};
 use crate::result_folder::{FolderRequest, ResultFolder};

@@ -5,7 +5,6 @@
 //! which the module `report` describes.
 
 mod data;
-mod effort;
 mod evaluations;
 mod history;
 mod model;

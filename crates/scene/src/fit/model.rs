@@ -7,7 +7,6 @@ use serde_json::{Value, json};
 
 use super::Point;
 use super::data::Datum;
-use super::effort::Effort;
 use super::evaluations::{Evaluation, Evaluations, Numbers};
 use crate::sensitivity::{
     Abscissa, Output, Parameterized, Precision, Sample, equilibria, follow, respond,
@@ -18,6 +17,20 @@ use crate::{Error, Scene};
 /// Tolerance of the sensitivities as a fraction of the tolerance of the motion. A fit does not need more accurate
 /// derivatives.
 const FRACTION: f64 = 1.0;
+
+/// Duration and accuracy of the runs.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Effort {
+    /// Lower limit on the relative tolerance of a run.
+    pub(super) least_tolerance: f64,
+    /// Computed fraction of the time until the last measurement.
+    pub(super) part: f64,
+}
+
+impl Effort {
+    /// Full runs with the scene's tolerance, up to the last measurement.
+    pub(super) const FULL: Self = Self { least_tolerance: 0.0, part: 1.0 };
+}
 
 /// A scene with the measurements of one experiment.
 pub(super) struct Experiment {

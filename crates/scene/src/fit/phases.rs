@@ -6,8 +6,7 @@ use myovib_fit::{
     Ended, Fit, FitError, Iteration, Options, Parameter, best_fit, fit_observed, refine,
 };
 
-use super::effort::Effort;
-use super::model::SceneModel;
+use super::model::{Effort, SceneModel};
 
 /// Effort and convergence offset of each phase before the last. The offset is in units of the parameters' uncertainty.
 /// A short run costs less, and its oscillations are still close enough in phase to the measurements for the

@@ -32,10 +32,10 @@ pub(super) struct Header {
 pub(super) struct Manifest {
     pub(super) header: Header,
     /// File names in the order in which they were added.
-    files: Vec<String>,
+    pub(super) files: Vec<String>,
     known: HashSet<String>,
     /// Whether the last line on the disk may be incomplete.
-    is_torn: bool,
+    pub(super) is_torn: bool,
 }
 
 impl Manifest {
@@ -98,15 +98,6 @@ impl Manifest {
 
     pub(super) fn lists(&self, name: &str) -> bool {
         self.known.contains(name)
-    }
-
-    pub(super) fn files(&self) -> impl Iterator<Item = &String> {
-        self.files.iter()
-    }
-
-    /// Returns whether the file on the disk ends with an incomplete line.
-    pub(super) fn is_torn(&self) -> bool {
-        self.is_torn
     }
 
     /// Writes the whole manifest.

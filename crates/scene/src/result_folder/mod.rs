@@ -3,7 +3,6 @@
 //! All commands follow the same rules: a manifest lists the files that the program created, a lock excludes other
 //! processes, and a file that the manifest does not list is never replaced or removed.
 
-mod existing;
 mod manifest;
 
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -18,7 +17,6 @@ use serde_json::{Value, json};
 use crate::atomic_file::{self, Growing};
 use crate::versions::Versions;
 use crate::{Error, InputError, Scene, inputs};
-pub use existing::Existing;
 use manifest::Manifest;
 pub use manifest::command_of;
 
@@ -31,6 +29,30 @@ const LONGEST_NAME: usize = 255;
 
 /// File locked by a command while it writes to the folder.
 const LOCK: &str = ".lock";
+
+/// Treatment of earlier results in the folder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Existing {
+    /// Keep the earlier results and refuse to write.
+    Refuse,
+    /// Remove the files that the earlier command created.
+    Overwrite,
+    /// Continue the earlier command.
+    Resume,
+    /// Add files to the earlier results. A file of the same name is replaced if the same command created it.
+    Add,
+}
+
+impl Existing {
+    /// Returns the treatment for the options `--resume` and `--overwrite`, which are mutually exclusive.
+    pub fn of(resume: bool, overwrite: bool) -> Self {
+        match (resume, overwrite) {
+            (true, _) => Self::Resume,
+            (_, true) => Self::Overwrite,
+            _ => Self::Refuse,
+        }
+    }
+}
 
 /// Request by a command to use a folder. Call [`check`](Self::check) before a long computation, and
 /// [`open`](Self::open) as soon as results must be written.
@@ -164,7 +186,7 @@ impl<'a> FolderRequest<'a> {
         remove_temporary_files(&path, min_age);
         let manifest = match found {
             Some(mut found) if matches!(self.existing, Existing::Resume | Existing::Add) => {
-                if found.header.origin != self.origin || found.is_torn() {
+                if found.header.origin != self.origin || found.is_torn {
                     found.header.origin = self.origin;
                     found.save(&path)?;
                 }
@@ -176,7 +198,7 @@ impl<'a> FolderRequest<'a> {
                 found
             }
             found => {
-                let mut old = found.iter().flat_map(Manifest::files);
+                let mut old = found.iter().flat_map(|found| &found.files);
                 old.try_for_each(|name| remove(&path.join(name)))?;
                 let mut new = Manifest::new(self.command, self.origin, &self.files);
                 new.save(&path)?;
@@ -245,7 +267,7 @@ impl<'a> FolderRequest<'a> {
             return Ok(());
         }
         let real = |path: &Path| path.canonicalize().ok();
-        for name in found.files() {
+        for name in &found.files {
             let path = self.path.join(name);
             let there = fs::symlink_metadata(&path);
             let is_folder = there.is_ok_and(|there| there.is_dir());
@@ -377,7 +399,7 @@ fn remove(path: &Path) -> Result<(), Error> {
     }
     let held = lock(path, LOCK, Lock::Exclusive)?;
     let manifest = Manifest::read(path)?;
-    for name in manifest.iter().flat_map(Manifest::files) {
+    for name in manifest.iter().flat_map(|manifest| &manifest.files) {
         remove(&path.join(name))?;
     }
     remove_temporary_files(path, Duration::ZERO);
