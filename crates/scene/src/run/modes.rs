@@ -4,7 +4,7 @@ use myovib_model::Outcome;
 use serde_json::json;
 
 use super::document::{self, Clocks};
-use super::folder::request;
+use super::folder::{request, table_of};
 use super::options::{RunOptions, RunResult};
 use crate::csv;
 use crate::json::extend;
@@ -14,11 +14,6 @@ use crate::vtu::{self, Grid};
 use crate::{Error, Scene};
 
 pub(super) const TABLE: &str = "modes";
-
-type Contents = fn(&Body, &Modes) -> String;
-
-/// Files of the analysis, and the functions that format their contents.
-const FILES: &[(&str, Contents)] = &[("modes.csv", table), (vtu::SHAPES, shapes)];
 
 /// Returns the column names of the table of modes for a body in `dimension` dimensions.
 pub(super) fn columns(dimension: usize) -> Vec<String> {
@@ -32,15 +27,15 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     let clocks = Clocks::start();
     let body = modes::body_of(scene)?;
     let muscle = &body.muscle;
-    let names: Vec<&str> = FILES.iter().map(|(name, _)| *name).collect();
-    let request = request(scene, options, &names)?;
+    let file = table_of(TABLE);
+    let request = request(scene, options, &[&file, vtu::SHAPES])?;
     request.check()?;
     let found =
         Modes::of_scene(scene, None, options.watcher()).map_err(Error::before_any_output)?;
     let folder = request.open().map_err(Error::before_any_output)?;
-    for (name, contents) in FILES {
-        folder.write(name, contents(body, &found))?;
-    }
+    folder.write(&file, table(body, &found))?;
+    let (space, grid) = (muscle.solid.space(), Grid::of_body(body));
+    folder.write(vtu::SHAPES, vtu::of_modes(space, &grid, found.all()))?;
     let mut document = clocks.document(scene, &Outcome::Finished);
     document["unknowns"] = json!(muscle.solid.dofs().n_free() + muscle.solid.space().n_pressures());
     document["unknowns_paper"] = json!(muscle.n_unknowns_paper());
@@ -59,9 +54,4 @@ fn table(body: &Body, found: &Modes) -> String {
         [&own, &mode.participation[..], &mode.effective_mass].concat()
     });
     csv::table(&columns(body.muscle.solid.space().dimension()), rows)
-}
-
-/// Returns a file with the mode shapes as vector fields.
-fn shapes(body: &Body, found: &Modes) -> String {
-    vtu::of_modes(body.muscle.solid.space(), &Grid::of_body(body), found.all())
 }
