@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 use super::column::ColumnKind;
 use super::kind::{HarmonicMotion, InvalidPlace, Kind, Reading, StateAt, Systems, Wrong, at};
 use crate::InputError;
-use crate::scene::axis_index as index;
 use crate::scene_file::solid::Axis;
 use crate::system::{System, muscle_of};
 
@@ -26,7 +25,7 @@ pub struct Volume {
 
 impl Volume {
     fn enclosed(&self, solid: &Solid) -> Result<EnclosedVolume, FemError> {
-        let axes: Vec<usize> = self.symmetry.iter().flatten().map(|&axis| index(axis)).collect();
+        let axes: Vec<usize> = self.symmetry.iter().flatten().map(|&axis| axis as usize).collect();
         EnclosedVolume::new(solid, &self.group)?.with_symmetry(&axes)
     }
 }

@@ -6,7 +6,7 @@ use myovib_oscillators::{Neighborhood, coherence_at};
 use crate::Error;
 use crate::result_folder::ResultFolder;
 use crate::scene::{DrivenPlace, Scene};
-use crate::system::System;
+use crate::system::{System, network_of};
 use crate::vtu::{CellField, Cloud};
 
 /// Chains of a scene at many positions. Chains located in elements are written as cell fields, and all other chains as
@@ -48,8 +48,7 @@ impl Measured {
 
 impl Shown {
     fn measure<P: System>(&self, system: &P, y: &[f64]) -> Result<Measured, ModelError> {
-        let network = system.network(self.network);
-        let (network, range) = network.ok_or(ModelError::NoSuchPart { part: "chain" })?;
+        let (network, range) = network_of(system, self.network)?;
         let (position, velocity) = y[range].split_at(network.n_oscillators());
         let n = self.places.len();
         let found = coherence_at(n, network.omega(), position, velocity);

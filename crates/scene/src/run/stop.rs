@@ -72,7 +72,9 @@ impl Condition {
                 let [x, y, z] = probe.vector(snapshot.displacement);
                 x.hypot(y).hypot(z) - above
             }
-            Self::Volume { below } => below - smallest_volume_ratio(snapshot),
+            Self::Volume { below } => {
+                below - snapshot.solid.volume_ratios(snapshot.displacement).smallest
+            }
             Self::Coherence { .. } => f64::NEG_INFINITY,
         }
     }
@@ -90,8 +92,4 @@ impl Condition {
             }
         }
     }
-}
-
-fn smallest_volume_ratio(snapshot: &Snapshot<'_>) -> f64 {
-    snapshot.solid.volume_ratios(snapshot.displacement).smallest
 }

@@ -1,7 +1,5 @@
 //! Error estimate for the probes of a run, from a second run with looser tolerances.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use myovib_model::ErrorEstimate;
 use serde_json::{Map, Value, json};
 
@@ -32,8 +30,7 @@ pub(super) fn error_estimate(
     };
     let result = atomic_file::passing(|| dynamic::compute(&looser, &again, None));
     folder.disable_cleanup(atomic_file::has_stopped());
-    let is_set = |flag: &AtomicBool| flag.load(Ordering::Relaxed);
-    if options.interrupt.is_some_and(is_set) {
+    if options.watcher().is_interrupted() {
         return Ok(None);
     }
     let result = result?;

@@ -63,7 +63,7 @@ use crate::text::utf8;
 use builder::{Builder, Explain};
 pub(crate) use settings::absolute_tolerances;
 pub(crate) use start::Start;
-pub(crate) use supports::{NAMES, index as axis_index};
+pub(crate) use supports::NAMES;
 
 /// Validated scene that can be computed.
 ///

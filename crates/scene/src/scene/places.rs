@@ -3,7 +3,6 @@
 use myovib_model::Probe;
 
 use super::Body;
-use super::axis_index;
 use super::builder::{Builder, Explain};
 use super::supports::NAMES;
 use crate::error::InputError;
@@ -65,7 +64,7 @@ fn shared_reactions(file: &SceneFile, body: &Body) -> Vec<String> {
     let all = [0, 1, 2];
     let fixed = file.fixed.iter().map(|fixed| {
         let axes = fixed.components.as_ref();
-        let axes = axes.map_or(all.to_vec(), |axes| axes.iter().map(|&a| axis_index(a)).collect());
+        let axes = axes.map_or(all.to_vec(), |axes| axes.iter().map(|&a| a as usize).collect());
         (&fixed.group, axes)
     });
     let moved = file.prescribed_displacement.iter().map(|moved| {

@@ -12,7 +12,7 @@ use crate::InputError;
 use crate::scene_file::Analysis;
 use crate::scene_file::function::Function;
 use crate::scene_file::response::Amplitudes;
-use crate::scene_file::solid::{Axis, PrescribedDisplacement, Rotation};
+use crate::scene_file::solid::{PrescribedDisplacement, Rotation};
 
 pub(crate) const NAMES: [&str; 3] = ["x", "y", "z"];
 
@@ -100,7 +100,7 @@ impl<'a> Builder<'a> {
             let nodes = self.at(&format!("{path}.group"), space.nodes_of(&fixed.group))?;
             let axes: Vec<usize> = match &fixed.components {
                 None => (0..dimension).collect(),
-                Some(axes) => axes.iter().map(|&axis| index(axis)).collect(),
+                Some(axes) => axes.iter().map(|&axis| axis as usize).collect(),
             };
             for &axis in &axes {
                 self.component(axis, dimension, &format!("{path}.components"))?;
@@ -362,13 +362,5 @@ fn support(moves: &[Move<'_>], terms: &Terms) -> Support {
             0 | 1 => parts.pop(),
             _ => Some(Signal::sum(parts)),
         },
-    }
-}
-
-pub(crate) fn index(axis: Axis) -> usize {
-    match axis {
-        Axis::X => 0,
-        Axis::Y => 1,
-        Axis::Z => 2,
     }
 }
