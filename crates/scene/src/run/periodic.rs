@@ -94,21 +94,26 @@ impl Search<'_> {
     fn settings(&self) -> PeriodicSettings {
         self.scene.file.periodic.clone().unwrap_or_default()
     }
+}
 
+/// Search for a periodic state of a system. The unknowns in each of the `blocks` are of the same kind.
+struct Finder<'a, P, S> {
+    search: Search<'a>,
+    map: &'a mut PeriodMap<P, S>,
+    blocks: &'a [Range<usize>],
+}
+
+impl<P: System + Consistent + Clone, S: StartInterval<P>> Finder<'_, P, S> {
     /// Advances `state` by `periods` periods, and then finds the periodic state near it.
-    fn find<P: System + Consistent + Clone, S: StartInterval<P>>(
-        &self,
-        map: &mut PeriodMap<P, S>,
-        state: &mut Vec<f64>,
-        periods: usize,
-        blocks: &[Range<usize>],
-    ) -> Result<Found, ModelError> {
-        let interrupt = self.options.interrupt;
+    fn find(&mut self, state: &mut Vec<f64>, periods: usize) -> Result<Found, ModelError> {
+        let Search { options, period, .. } = self.search;
+        let (map, blocks) = (&mut *self.map, self.blocks);
+        let settings = self.search.settings();
         let (mut sizes, mut end, mut n_steps) = (Vec::new(), Vec::new(), 0);
         for k in 0..=periods {
             let mut extent =
                 Extent { blocks, sizes: vec![0.0; blocks.len()], y: vec![0.0; map.n_unknowns()] };
-            let mut limits = Limits::new(f64::INFINITY, interrupt);
+            let mut limits = Limits::new(f64::INFINITY, options.interrupt);
             if k > 0 {
                 *state = end;
             }
@@ -123,67 +128,57 @@ impl Search<'_> {
             if size > 0.0 { size } else { 1.0 }
         };
         let shooting = Shooting {
-            tolerance: self.settings().tolerance,
-            map_error: self.period.rtol,
+            tolerance: settings.tolerance,
+            map_error: period.rtol,
             ..Shooting::new(map.differential().iter().map(scale).collect())
         };
         let mut refinement = Refinement {
             fixed: Shooting {
-                map_error: FIXED_STEP_ERROR * self.period.rtol,
+                map_error: FIXED_STEP_ERROR * period.rtol,
                 is_one_sided: true,
                 ..shooting.clone()
             },
             smallest: shooting.residual(state, &end),
             adaptive: shooting,
             map,
-            watcher: self.options.watcher(),
-            rtol: self.period.rtol,
+            watcher: options.watcher(),
+            rtol: period.rtol,
             n_steps,
             doublings: 0,
         };
         let periodic = refinement.state(state, &end)?;
-        let leading = refinement.multipliers(&periodic.state, self.settings().multipliers)?;
+        let leading = refinement.multipliers(&periodic.state, settings.multipliers)?;
         Ok(Found { shooting: refinement.adaptive, periodic, leading })
     }
 
     /// Finds a periodic state near the motion that starts from `state`. The search begins after the requested number of
     /// periods. If no number is requested, a failed search is repeated after more periods.
-    fn find_after_settling<P: System + Consistent + Clone, S: StartInterval<P>>(
-        &self,
-        map: &mut PeriodMap<P, S>,
-        state: &mut Vec<f64>,
-        blocks: &[Range<usize>],
-    ) -> Result<Found, ModelError> {
-        let requested = self.settings().settling_periods;
+    fn find_after_settling(&mut self, state: &mut Vec<f64>) -> Result<Found, ModelError> {
+        let requested = self.search.settings().settling_periods;
         let [first, later @ ..] = SETTLING_PERIODS;
         let later = if requested.is_none() { &later[..] } else { &[] };
-        let mut found = self.find(map, state, requested.unwrap_or(first), blocks);
+        let mut found = self.find(state, requested.unwrap_or(first));
         for &periods in later {
             if !matches!(found, Err(ModelError::NoPeriodicState { .. })) {
                 break;
             }
-            found = self.find(map, state, periods, blocks);
+            found = self.find(state, periods);
         }
         found
     }
 
     /// Finds the periodic state to which the motion from `state` settles. If only an unstable periodic state is found,
     /// returns this state with a note.
-    fn find_settled<P: System + Consistent + Clone, S: StartInterval<P>>(
-        &self,
-        map: &mut PeriodMap<P, S>,
-        mut state: Vec<f64>,
-        blocks: &[Range<usize>],
-    ) -> Result<(Found, Option<String>), ModelError> {
-        let near_balanced = self.balanced.map(|balanced| {
-            let mut near = map.restrict(balanced);
-            self.find(map, &mut near, 0, blocks)
+    fn find_settled(&mut self, mut state: Vec<f64>) -> Result<(Found, Option<String>), ModelError> {
+        let near_balanced = self.search.balanced.map(|balanced| {
+            let mut near = self.map.restrict(balanced);
+            self.find(&mut near, 0)
         });
         let first = match near_balanced {
             // The motion may settle to a periodic state even if none is found near the balanced state.
             None
             | Some(Err(ModelError::NoPeriodicState { .. } | ModelError::PeriodStopped { .. })) => {
-                self.find_after_settling(map, &mut state, blocks)?
+                self.find_after_settling(&mut state)?
             }
             Some(found) => found?,
         };
@@ -193,7 +188,7 @@ impl Search<'_> {
         // The motion leaves the unstable state and may then settle to another state.
         let growth = first.leading.spectral_radius().map_or(f64::INFINITY, f64::ln);
         let periods = (DEPARTURE.ln() / growth).min(MOST_PERIODS).ceil() as usize;
-        match self.find(map, &mut state, periods, blocks) {
+        match self.find(&mut state, periods) {
             Ok(settled) if settled.leading.is_stable() != Some(false) => Ok((settled, None)),
             Ok(_) | Err(ModelError::NoPeriodicState { .. } | ModelError::PeriodStopped { .. }) => {
                 let note = format!(
@@ -265,7 +260,8 @@ impl Task for Find<'_> {
         let Self { search, driven } = self;
         let mut map = PeriodMap::new(dae, start, search.period.times, &y)?;
         let state = map.restrict(&y);
-        let (found, note) = search.find_settled(&mut map, state, &blocks)?;
+        let mut finder = Finder { search, map: &mut map, blocks: &blocks };
+        let (found, note) = finder.find_settled(state)?;
         let points =
             driven.iter().flat_map(Oscillators::sources).filter_map(|source| match source {
                 Source::Body(point) => Some(Recorder::new(point.clone(), y.len())),
