@@ -5,46 +5,37 @@ use myovib_model::coupling::Oscillators;
 use myovib_model::sensitivity::ChainDependence;
 
 use super::influence::{Influence, SceneParameter};
-use super::parameters::{Parameterized, STEP, around, body};
+use super::parameters::{At, STEP};
 use crate::Error;
 use crate::run::start::driven_by;
-use crate::scene::Scene;
 
-impl Parameterized {
-    /// Returns the dependence of the chain that each parameter affects, where `scene` is the scene at `values`. The
-    /// entries are `None` for parameters of the body.
-    pub(super) fn of_chains(
-        &self,
-        values: &[f64],
-        scene: &Scene,
-    ) -> Result<Vec<Option<ChainDependence>>, Error> {
-        if !self.parameters.iter().any(SceneParameter::affects_chains) {
+impl At<'_> {
+    /// Returns the dependence of the chain that each parameter affects. The entries are `None` for parameters of the body.
+    pub(super) fn of_chains(&self) -> Result<Vec<Option<ChainDependence>>, Error> {
+        let parameters = &self.scene.parameters;
+        if !parameters.iter().any(SceneParameter::affects_chains) {
             return Ok(Vec::new());
         }
-        let body = body(scene)?;
-        let dae = MuscleDae::for_analysis(body.muscle.clone(), body.formulation);
+        let dae = MuscleDae::for_analysis(self.body.muscle.clone(), self.body.formulation);
         let one = |(j, known): (usize, &SceneParameter)| match known.chain() {
             None => Ok(None),
             Some(network) if known.influence == Influence::Start => {
                 Ok(Some(ChainDependence::of_start(network)))
             }
-            Some(network) => self.of_chain(j, network, values, &dae).map(Some),
+            Some(network) => self.of_chain(j, network, &dae).map(Some),
         };
-        self.parameters.iter().enumerate().map(one).collect()
+        parameters.iter().enumerate().map(one).collect()
     }
 
     fn of_chain(
         &self,
         j: usize,
         network: usize,
-        values: &[f64],
         dae: &MuscleDae,
     ) -> Result<ChainDependence, Error> {
-        let (known, value) = (&self.parameters[j], values[j]);
+        let (known, value) = (&self.scene.parameters[j], self.values[j]);
         let perturbed_chain = |value: f64| -> Result<Oscillators, Error> {
-            let mut values = values.to_vec();
-            values[j] = value;
-            let mut chains = driven_by(&self.at(&values)?, dae)?;
+            let mut chains = driven_by(&self.scene_with(j, value)?, dae)?;
             Ok(chains.swap_remove(network))
         };
         if known.influence == Influence::Affine {
@@ -53,8 +44,7 @@ impl Parameterized {
             let chains = vec![(weight, perturbed_chain(next)?)];
             return Ok(ChainDependence::new(network, -weight, chains));
         }
-        let delta = known.step(STEP, value);
-        let (stencil, chains) = around(value, delta, perturbed_chain)?;
+        let (stencil, delta, chains) = self.around(j, STEP, perturbed_chain)?;
         let weights = stencil.points().iter().map(|(_, weight)| weight / delta);
         Ok(ChainDependence::new(network, 0.0, weights.zip(chains).collect()))
     }

@@ -6,7 +6,7 @@ use myovib_model::statics::{self, Control, EquilibriumDerivatives, PathState, Sh
 use myovib_model::{ModelError, Muscle, sensitivity::Stencil};
 
 use super::curves::{Cost, Output, Readings, Sample};
-use super::parameters::{Parameterized, STEP, around, body};
+use super::parameters::{At, Parameterized, STEP, body};
 use crate::Error;
 use crate::probe::StateAt;
 use crate::run::statics::{at_rest, unknowns};
@@ -77,10 +77,10 @@ pub fn equilibria(
     let body = body(&at)?;
     let t = at.t_end;
     let readings = Readings::new(&at, outputs)?;
+    let here = At { scene, values, body };
     let neighbors = |j: usize| {
-        let step = scene.parameters[j].step(STEP, values[j]);
-        let (stencil, muscles) =
-            around(values[j], step, |value| Ok(scene.neighbor(j, values, body, value)?.muscle))?;
+        let (stencil, step, muscles) =
+            here.around(j, STEP, |value| Ok(here.neighbor(j, value)?.muscle))?;
         Ok(Neighbors { stencil, step, muscles })
     };
     let count = if with_derivatives { values.len() } else { 0 };

@@ -7,7 +7,7 @@ use myovib_model::{ModelError, statics::Equilibrium};
 use num_complex::Complex64;
 
 use super::curves::{Output, Sample};
-use super::parameters::{Parameterized, around, body};
+use super::parameters::{At, Parameterized, body};
 use crate::probe::HarmonicMotion;
 use crate::response::{PRELOAD, Part, Values, equilibrium};
 use crate::scene::Body;
@@ -47,10 +47,10 @@ pub fn respond(
         &preloaded(&at, body, watcher)?,
         &body.excitation,
     )?;
+    let here = At { scene, values, body };
     let neighbors = |j: usize| {
-        let step = scene.parameters[j].step(STEP, values[j]);
-        let (stencil, bodies) = around(values[j], step, |value| {
-            let near = scene.neighbor(j, values, body, value)?;
+        let (stencil, step, bodies) = here.around(j, STEP, |value| {
+            let near = here.neighbor(j, value)?;
             let rest = preloaded(&at, &near, watcher)?;
             Ok(DynamicStiffness::about(&near.muscle, near.formulation, &rest, &near.excitation)?)
         })?;

@@ -77,62 +77,63 @@ impl Parameterized {
     /// Panics if the number of values differs from the number of parameters.
     pub fn dependences(&self, values: &[f64]) -> Result<Dependences, Error> {
         let scene = self.at(values)?;
-        let body = body(&scene)?;
-        let one = |j: usize| self.dependence(j, values, body);
+        let at = At { scene: self, values, body: body(&scene)? };
+        let one = |j: usize| at.dependence(j);
         let mut all = (0..values.len()).map(one).collect::<Result<Vec<_>, _>>()?;
-        if let Some(starts) = self.starts(values, body, &all)? {
+        if let Some(starts) = at.starts(&all)? {
             let both = all.into_iter().zip(starts);
             all = both.map(|(one, start)| one.starting(start)).collect();
         }
         let chains = match scene.chains.is_empty() {
             true => Vec::new(),
-            false => self.of_chains(values, &scene)?,
+            false => at.of_chains()?,
         };
         Ok(Dependences::new(all).with_chains(chains))
     }
+}
 
-    /// Returns the body at another `value` of parameter `j`. `body` is the body at `values`.
-    pub(super) fn neighbor(
-        &self,
-        j: usize,
-        values: &[f64],
-        body: &Body,
-        value: f64,
-    ) -> Result<Body, Error> {
-        let Parameters { alpha, beta, .. } = body.muscle.parameters;
-        let kappa = body.muscle.parameters.kappa();
+/// A scene at given values of its parameters, and its body at these values.
+pub(super) struct At<'a> {
+    pub(super) scene: &'a Parameterized,
+    pub(super) values: &'a [f64],
+    pub(super) body: &'a Body,
+}
+
+impl At<'_> {
+    /// Returns the scene at another `value` of parameter `j`.
+    pub(super) fn scene_with(&self, j: usize, value: f64) -> Result<Scene, InputError> {
+        let mut values = self.values.to_vec();
+        values[j] = value;
+        self.scene.at(&values)
+    }
+
+    /// Returns the body at another `value` of parameter `j`.
+    pub(super) fn neighbor(&self, j: usize, value: f64) -> Result<Body, Error> {
+        let Parameters { alpha, beta, .. } = self.body.muscle.parameters;
+        let kappa = self.body.muscle.parameters.kappa();
         // Neighbors need not satisfy the formulation's conditions on κ and β. If materials have their own constants,
         // only the scene determines which of these constants change.
-        let parameters = match self.parameters[j].influence {
-            Influence::Compressibility if !body.muscle.solid.has_element_scales() => {
-                Parameters::new(alpha, beta, 1.0 / value)?
-            }
-            Influence::Alpha if !body.muscle.solid.has_element_scales() => {
-                Parameters::new(value, beta, kappa)?
-            }
-            Influence::Beta if !body.muscle.solid.has_element_scales() => {
-                Parameters::new(alpha, value, kappa)?
-            }
-            _ => {
-                let mut values = values.to_vec();
-                values[j] = value;
-                return Ok(self::body(&self.at(&values)?)?.clone());
-            }
+        let is_common = !self.body.muscle.solid.has_element_scales();
+        let parameters = match self.scene.parameters[j].influence {
+            Influence::Compressibility if is_common => Parameters::new(alpha, beta, 1.0 / value)?,
+            Influence::Alpha if is_common => Parameters::new(value, beta, kappa)?,
+            Influence::Beta if is_common => Parameters::new(alpha, value, kappa)?,
+            _ => return Ok(body(&self.scene_with(j, value)?)?.clone()),
         };
-        let mut near = body.clone();
+        let mut near = self.body.clone();
         near.muscle.parameters = parameters;
         Ok(near)
     }
 
-    fn dependence(&self, j: usize, values: &[f64], body: &Body) -> Result<Dependence, Error> {
-        let known = &self.parameters[j];
-        let formulation = body.formulation;
-        let value = values[j];
+    fn dependence(&self, j: usize) -> Result<Dependence, Error> {
+        let known = &self.scene.parameters[j];
+        let formulation = self.body.formulation;
+        let value = self.values[j];
         let parameter = dae::Parameter { name: known.key.clone(), value, scale: known.scale };
         if known.influence == Influence::Start || known.affects_chains() {
             return Ok(Dependence::of_start(parameter));
         }
-        let other = |value| Ok(self.neighbor(j, values, body, value)?.muscle);
+        let other = |value| Ok(self.neighbor(j, value)?.muscle);
         let dependence = if known.is_affine(formulation) {
             let neighbor = |next: f64| Ok::<_, Error>((other(next)?, next - value));
             // Other constants of the law may bound a modulus from above.
@@ -140,32 +141,35 @@ impl Parameterized {
                 neighbor(value + known.scale).or_else(|_| neighbor(value - 0.5 * known.scale))?;
             Dependence::affine(parameter, formulation, muscle, difference)
         } else {
-            let delta = known.step(STEP, value);
-            let (stencil, muscles) = around(value, delta, other)?;
+            let (stencil, delta, muscles) = self.around(j, STEP, other)?;
             Dependence::smooth(parameter, formulation, muscles, (stencil, delta))
         };
         Ok(match known {
             _ if known.affects_loads() => dependence.on_loads(),
-            _ if known.affects_stress(body) => dependence.on_forces(),
+            _ if known.affects_stress(self.body) => dependence.on_forces(),
             _ if known.is_outside_elements(formulation) => dependence.outside_elements(),
             _ => dependence,
         })
     }
-}
 
-/// Evaluates `of` at the points of a central stencil with the step `delta`. If a point below the value is invalid, uses
-/// a forward stencil instead.
-pub(super) fn around<T>(
-    value: f64,
-    delta: f64,
-    of: impl Fn(f64) -> Result<T, Error>,
-) -> Result<(Stencil, Vec<T>), Error> {
-    let all = |stencil: Stencil| {
-        let points = stencil.points().iter();
-        let all = points.map(|(k, _)| of(value + k * delta));
-        Ok((stencil, all.collect::<Result<_, Error>>()?))
-    };
-    all(Stencil::Central).or_else(|_: Error| all(Stencil::Ahead))
+    /// Evaluates `of` at the points of a central stencil around the value of parameter `j`. If a point below the value is
+    /// invalid, uses a forward stencil instead. Also returns the step between the points, which is `relative` times the
+    /// size of the parameter.
+    pub(super) fn around<T>(
+        &self,
+        j: usize,
+        relative: f64,
+        of: impl Fn(f64) -> Result<T, Error>,
+    ) -> Result<(Stencil, f64, Vec<T>), Error> {
+        let value = self.values[j];
+        let step = self.scene.parameters[j].step(relative, value);
+        let all = |stencil: Stencil| {
+            let points = stencil.points().iter();
+            let all = points.map(|(k, _)| of(value + k * step));
+            Ok((stencil, step, all.collect::<Result<_, Error>>()?))
+        };
+        all(Stencil::Central).or_else(|_: Error| all(Stencil::Ahead))
+    }
 }
 
 pub(crate) fn body(scene: &Scene) -> Result<&Body, InputError> {

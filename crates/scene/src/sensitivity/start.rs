@@ -4,9 +4,9 @@ use myovib_model::sensitivity::Dependence;
 use myovib_model::{InitialValues, MuscleDae, statics};
 
 use super::influence::Influence;
-use super::parameters::{Parameterized, around};
+use super::parameters::At;
 use crate::run::start::initial;
-use crate::scene::{Body, Start};
+use crate::scene::Start;
 use crate::watch::Watcher;
 use crate::{Error, InputError};
 
@@ -15,12 +15,12 @@ use crate::{Error, InputError};
 /// time, it is about 1e-11/step.
 const STEP: f64 = 1e-3;
 
-impl Parameterized {
+impl At<'_> {
     /// Rejects parameters if changing them would load a body at rest at t = 0.
-    fn expect_rest(&self, values: &[f64], body: &Body) -> Result<(), Error> {
-        for (j, (known, &value)) in self.parameters.iter().zip(values).enumerate() {
+    fn expect_rest(&self) -> Result<(), Error> {
+        for (j, (known, &value)) in self.scene.parameters.iter().zip(self.values).enumerate() {
             if known.affects_loads() {
-                let near = self.neighbor(j, values, body, value + known.step(STEP, value))?;
+                let near = self.neighbor(j, value + known.step(STEP, value))?;
                 let mut dae = MuscleDae::for_analysis(near.muscle.clone(), near.formulation);
                 initial(&near, &mut dae, Watcher::NOBODY).map_err(|cause| {
                     let message = format!(
@@ -28,7 +28,7 @@ impl Parameterized {
                         known.key
                     );
                     let place = format!("parameter[{j}].key");
-                    self.scene.wrong(&place, InputError::new(message).found(cause))
+                    self.scene.scene.wrong(&place, InputError::new(message).found(cause))
                 })?;
             }
         }
@@ -45,14 +45,13 @@ impl Parameterized {
     /// Fails if the initial state cannot be differentiated.
     pub(super) fn starts(
         &self,
-        values: &[f64],
-        body: &Body,
         dependences: &[Dependence],
     ) -> Result<Option<Vec<Vec<f64>>>, Error> {
+        let body = self.body;
         let muscle = &body.muscle;
         let equilibrium = match &body.start {
             Start::Rest => {
-                self.expect_rest(values, body)?;
+                self.expect_rest()?;
                 return Ok(None);
             }
             Start::State(_) => None,
@@ -64,7 +63,7 @@ impl Parameterized {
             }
         };
         let one = |j: usize| {
-            let (known, value) = (&self.parameters[j], values[j]);
+            let (known, value) = (&self.scene.parameters[j], self.values[j]);
             if known.affects_chains() {
                 return Ok(Vec::new());
             }
@@ -75,10 +74,10 @@ impl Parameterized {
                 );
                 let error = error
                     .next("set a large bulk_modulus, such as 1e7, in the scene or as the `start` of the fit");
-                return Err(self.scene.wrong(&place, error).into());
+                return Err(self.scene.scene.wrong(&place, error).into());
             }
             let of = |value_near: f64| -> Result<Vec<f64>, Error> {
-                let near = self.neighbor(j, values, body, value_near)?;
+                let near = self.neighbor(j, value_near)?;
                 let mut dae = MuscleDae::for_analysis(near.muscle.clone(), near.formulation);
                 let Some((displacement, moves)) = &equilibrium else {
                     let start = near.initial_values(&mut dae, Watcher::NOBODY)?;
@@ -90,12 +89,11 @@ impl Parameterized {
                 let rest = vec![0.0; moved.len()];
                 Ok(InitialValues::new(&mut dae, 0.0, &moved, &rest)?.y)
             };
-            let delta = known.step(STEP, value);
-            let (stencil, starts) = around(value, delta, of).map_err(|cause| {
+            let (stencil, delta, starts) = self.around(j, STEP, of).map_err(|cause| {
                 let message =
                     format!("the initial state has no derivative with respect to `{}`", known.key);
                 let error = InputError::new(message).found(cause);
-                Error::from(self.scene.wrong(&place, error.next("keep it fixed")))
+                Error::from(self.scene.scene.wrong(&place, error.next("keep it fixed")))
             })?;
             let mut derivative = vec![0.0; starts[0].len()];
             for ((_, weight), start) in stencil.points().iter().zip(starts) {
@@ -104,6 +102,6 @@ impl Parameterized {
             }
             Ok(derivative)
         };
-        Ok(Some((0..values.len()).map(one).collect::<Result<_, Error>>()?))
+        Ok(Some((0..self.values.len()).map(one).collect::<Result<_, Error>>()?))
     }
 }
