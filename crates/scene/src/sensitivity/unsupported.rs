@@ -76,50 +76,35 @@ pub fn unsupported(scene: &Scene) -> Option<(Unsupported, String)> {
         let active = material.active.as_ref();
         active.is_some_and(|active| matches!(active.tension, Tension::Coherence { .. }))
     };
-    let found = |feature, path: &str| Some((feature, path.to_owned()));
-    let is_static = file.analysis == Analysis::Static;
-    if !is_static && !file.analysis.is_in_time() {
-        return found(Unsupported::Analysis, "analysis");
-    }
+    let tension = file.material.iter().position(is_by_chain);
     let path = file.loading_path.as_ref();
-    if is_static && path.is_some_and(|path| path.method == PathMethod::ArcLength) {
-        return found(Unsupported::ArcLength, "static.method");
-    }
-    if scene.body.is_none() {
-        return found(Unsupported::NoBody, "");
-    }
-    if !file.feedback.is_empty() {
-        return found(Unsupported::Feedback, "feedback");
-    }
-    if let Some(i) = file.material.iter().position(is_by_chain) {
-        return found(Unsupported::Feedback, &format!("material[{i}].active"));
-    }
-    if !file.stop.is_empty() {
-        return found(Unsupported::Stop, "stop");
-    }
+    let is_by_arc = path.is_some_and(|path| path.method == PathMethod::ArcLength);
+    let is_static = file.analysis == Analysis::Static;
+    let key = |is_unsupported: bool, key: &str| is_unsupported.then(|| key.to_owned());
+    let contact = |is_unsupported: fn(&Contact) -> bool, key: &str| {
+        file.contact.iter().position(is_unsupported).map(|i| format!("contact[{i}]{key}"))
+    };
     let is_augmented = |own: &Contact| own.method == Method::AugmentedLagrange;
-    if let Some(i) = file.contact.iter().position(is_augmented) {
-        let key = format!("contact[{i}].method");
-        return found(Unsupported::AugmentedLagrange, &key);
-    }
-    if is_static {
-        // The loads are used at only one time, so jumps have no effect. Contacts are supported, because bodies at
-        // neighboring values recompute their default contact stiffness.
-        return None;
-    }
-    if let Some(i) = file.contact.iter().position(|own| own.force.is_some()) {
-        return found(Unsupported::ObstacleForce, &format!("contact[{i}].force"));
-    }
-    if let Some(i) = file.contact.iter().position(|own| own.friction > 0.0) {
-        return found(Unsupported::Friction, &format!("contact[{i}].friction"));
-    }
-    let is_default = |contact: &Contact| contact.stiffness.is_none();
-    if let Some(i) = file.contact.iter().position(is_default) {
-        return found(Unsupported::ContactStiffness, &format!("contact[{i}]"));
-    }
+    let general = [
+        (Unsupported::Analysis, key(!is_static && !file.analysis.is_in_time(), "analysis")),
+        (Unsupported::ArcLength, key(is_static && is_by_arc, "static.method")),
+        (Unsupported::NoBody, key(scene.body.is_none(), "")),
+        (Unsupported::Feedback, key(!file.feedback.is_empty(), "feedback")),
+        (Unsupported::Feedback, tension.map(|i| format!("material[{i}].active"))),
+        (Unsupported::Stop, key(!file.stop.is_empty(), "stop")),
+        (Unsupported::AugmentedLagrange, contact(is_augmented, ".method")),
+    ];
+    // A static analysis uses the loads at only one time, so jumps have no effect. Its contacts are supported, because
+    // bodies at neighboring values recompute their default contact stiffness.
     let values = serde_json::to_value(file).unwrap_or_default();
-    let jump = first_jump(&values, "", scene.t_end)?;
-    found(Unsupported::Jump, &jump)
+    let of_motions = [
+        (Unsupported::ObstacleForce, contact(|own| own.force.is_some(), ".force")),
+        (Unsupported::Friction, contact(|own| own.friction > 0.0, ".friction")),
+        (Unsupported::ContactStiffness, contact(|own| own.stiffness.is_none(), "")),
+        (Unsupported::Jump, first_jump(&values, "", scene.t_end)),
+    ];
+    let of_motions = of_motions.into_iter().filter(|_| !is_static);
+    general.into_iter().chain(of_motions).find_map(|(feature, path)| Some((feature, path?)))
 }
 
 /// Returns the first feature of a scene that fits do not support, and its key.
