@@ -1,4 +1,4 @@
-//! Ranges of numbers written as `lo..hi:n` or `lo..hi:n:log`.
+//! Ranges of numbers written as `lo..hi:n` or `lo..hi:n:log`, and times at which signals are sampled.
 
 /// Maximum number of values in a range.
 const MAX_VALUES: usize = 100_000;
@@ -70,4 +70,11 @@ impl<'a> Range<'a> {
         };
         Ok((0..n).map(value).collect())
     }
+}
+
+/// Returns times between `from` and `to`, including both, at which signals are sampled to find their extreme values. The
+/// number `n` of intervals should be prime: if it were a round number, a signal with a round number of periods could
+/// vanish at all of these times.
+pub(crate) fn times(from: f64, to: f64, n: u32) -> impl Iterator<Item = f64> {
+    (0..=n).map(move |i| from + (to - from) * f64::from(i) / f64::from(n))
 }

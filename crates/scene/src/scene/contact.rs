@@ -11,12 +11,12 @@ use crate::scene_file::contact::{Method, Obstacle};
 use crate::scene_file::function::Function;
 use crate::scene_file::loading::PathMethod;
 use crate::scene_file::{self, Analysis};
+use crate::spacing::times;
 
 /// Distance, relative to the size of the coordinates, within which an obstacle counts as touching the body. Coordinates
 /// with six digits reproduce positions within this distance.
 const ROUNDING: f64 = 1e-6;
-/// Number of intervals between the times at which a force is sampled. It is prime: if it were a round number, a force
-/// with a round number of periods could vanish at all sample times.
+/// Number of intervals between the times at which a force is sampled.
 const FORCE_TIMES: u32 = 97;
 
 impl Builder<'_> {
@@ -191,8 +191,8 @@ impl Builder<'_> {
         }
         let value = match self.file.analysis.is_in_time() {
             // The integrator also checks the force at all times, but only this check can report the key.
-            true => (0..=FORCE_TIMES)
-                .map(|i| signal.at(self.t_end * f64::from(i) / f64::from(FORCE_TIMES)).value)
+            true => times(0.0, self.t_end, FORCE_TIMES)
+                .map(|t| signal.at(t).value)
                 .fold(f64::INFINITY, f64::min),
             false => signal.at(self.t_end).value,
         };

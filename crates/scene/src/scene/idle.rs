@@ -7,6 +7,7 @@ use super::supports::NAMES;
 use crate::scene_file::material::Material;
 use crate::scene_file::solid::Traction;
 use crate::scene_file::{Analysis, SceneFile};
+use crate::spacing::times;
 
 pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     let tractions = file.traction.iter().enumerate();
@@ -54,16 +55,10 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     notes
 }
 
-/// Number of intervals between the times at which signals are sampled. It is prime: if it were a round number, a load
-/// with a round number of periods could vanish at all sample times.
+/// Number of intervals between the times at which signals are sampled.
 const TIMES: u32 = 97;
 /// A note is added if, during the motion, a load stays below this fraction of the maximum that it reaches later.
 const MIN_LOAD_FRACTION: f64 = 0.05;
-
-/// Returns the sample times between `from` and `to`.
-fn times(from: f64, to: f64) -> impl Iterator<Item = f64> {
-    (0..=TIMES).map(move |i| from + (to - from) * f64::from(i) / f64::from(TIMES))
-}
 
 /// Returns notes on loads that reach their amplitude long after the end of a motion.
 fn late_loads(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
@@ -71,7 +66,7 @@ fn late_loads(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
         return Vec::new();
     }
     let largest = |signal: &Signal, from: f64, to: f64| {
-        let values = times(from, to).map(|t| signal.at(t).value.abs());
+        let values = times(from, to, TIMES).map(|t| signal.at(t).value.abs());
         values.fold(0.0, f64::max)
     };
     let notes = body.keyed_loads().filter_map(|(path, signal)| {
@@ -100,7 +95,7 @@ fn missed(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     let contacts = body.muscle.contacts.iter().enumerate();
     let missed = contacts.filter(|(_, contact)| {
         // A static analysis scales the displacement that the obstacle has at `t_end`.
-        let mut places = times(0.0, 1.0).map(|part| match is_static {
+        let mut places = times(0.0, 1.0, TIMES).map(|part| match is_static {
             true => (t_end, part),
             false => (part * t_end, 1.0),
         });

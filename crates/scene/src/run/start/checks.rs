@@ -5,7 +5,7 @@ use myovib_model::{Contact, InitialValues, ModelError, MuscleDae, Prescribed, Si
 
 use crate::scene::{Body, NAMES, Start};
 use crate::state::State;
-use crate::{Error, InputError};
+use crate::{Error, InputError, spacing};
 
 /// Tolerance for the difference between the supports and the initial state, relative to the largest displacement of the
 /// initial state. It allows for rounding errors because the previous run evaluated the signals at another time.
@@ -180,10 +180,8 @@ pub(super) fn expect_supports_at_rest(
     Ok(())
 }
 
-/// Returns equally spaced times at which loads and motions are sampled to find their maximum. The number of intervals
-/// is prime, so that a load with fewer periods than intervals cannot vanish at all of these times.
 fn times(t_end: f64) -> impl Iterator<Item = f64> {
-    (0..=SIZE_TIMES).map(move |i| t_end * f64::from(i) / f64::from(SIZE_TIMES))
+    spacing::times(0.0, t_end, SIZE_TIMES)
 }
 
 /// Returns the unit of force: N, or N/m (per meter of depth) in 2D.

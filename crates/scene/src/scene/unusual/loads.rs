@@ -8,13 +8,13 @@ use super::Unusual;
 use super::materials::Part;
 use crate::scene::Body;
 use crate::scene_file::{Analysis, SceneFile};
+use crate::spacing;
 
 /// Maximum ratio of load to shear modulus. A tension of this size stretches a neo-Hookean bar to 2.6 times its length.
 /// A pressure of this size in a cavity of a neo-Hookean body makes the cavity grow without bound (Gent and Lindley
 /// 1959).
 const MOST_LOAD: f64 = 2.5;
-/// Number of intervals between the times at which loads are sampled. It is prime: if it were a round number, a load
-/// with a round number of periods could vanish at all sample times.
+/// Number of intervals between the times at which loads are sampled.
 const TIMES: u32 = 997;
 
 /// Returns the first load that is far above the shear modulus of the stiffest material. Laws with fibers are skipped:
@@ -80,10 +80,7 @@ fn times(file: &SceneFile, t_end: f64) -> Vec<f64> {
             let response = file.response.iter();
             response.filter_map(|own| own.preload_time).collect()
         }
-        Analysis::Dynamic | Analysis::QuasiStatic => {
-            let all = (0..=TIMES).map(|i| t_end * f64::from(i) / f64::from(TIMES));
-            all.collect()
-        }
+        Analysis::Dynamic | Analysis::QuasiStatic => spacing::times(0.0, t_end, TIMES).collect(),
         Analysis::Periodic => Vec::new(),
     }
 }
