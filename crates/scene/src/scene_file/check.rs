@@ -8,13 +8,12 @@ mod values;
 
 use serde_json::{Map, Value, json};
 
-use super::brackets;
 use crate::InputError;
 pub(crate) use values::suggest;
 pub(super) use values::written;
 use values::{
-    describe, expect_moderate, first_sentence, in_range, is_kind, kinds, one_name, unknown_key,
-    with_article, wrong_kind,
+    describe, expect_moderate, first_sentence, in_range, is_kind, kinds, one_name, right_header,
+    unknown_key, with_article, wrong_kind,
 };
 
 /// Problem of a value and its location.
@@ -48,6 +47,13 @@ pub(super) fn member(path: &str, key: &str) -> String {
 
 pub(super) fn entry(path: &str, index: usize) -> String {
     format!("{path}[{index}]")
+}
+
+/// Returns a path without indices: `material.c10` for `material[0].c10` and `material.0.c10`.
+pub(super) fn without_indices(path: &str) -> String {
+    let parts = path.split(['.', '[', ']']);
+    let names = parts.filter(|part| !part.is_empty() && part.parse::<usize>().is_err());
+    names.collect::<Vec<_>>().join(".")
 }
 
 /// Returns the candidate most similar to `word`, if any is similar.
@@ -212,7 +218,7 @@ impl<'s> Checker<'s> {
         let takes_table = |schema: &'s Value| self.accepts_kind(self.resolve(schema), &json!({}));
         let takes_tables = schema.get("items").is_some_and(takes_table);
         Problem {
-            header: brackets::right(value, path, takes_table(schema), takes_tables),
+            header: right_header(value, path, takes_table(schema), takes_tables),
             ..wrong_kind(value, expected, schema, path)
         }
     }

@@ -26,7 +26,6 @@ pub mod solid;
 pub mod start;
 pub mod surface_load;
 
-mod brackets;
 pub(crate) mod check;
 pub(crate) mod number;
 mod reference;

@@ -3,7 +3,7 @@
 
 use serde_json::Value;
 
-use super::check::{entry, member};
+use super::check::{entry, member, without_indices};
 use super::source::Source;
 use crate::InputError;
 
@@ -150,13 +150,6 @@ fn renamed(bare: &str) -> String {
         new = member(&new, name.map_or(key, |(_, name)| name));
     }
     new
-}
-
-/// Returns a path without indices: `material.c10` for `material[0].c10` and `material.0.c10`.
-fn without_indices(path: &str) -> String {
-    let parts = path.split(['.', '[', ']']);
-    let names = parts.filter(|part| !part.is_empty() && part.parse::<usize>().is_err());
-    names.collect::<Vec<_>>().join(".")
 }
 
 #[cfg(test)]

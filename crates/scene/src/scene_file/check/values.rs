@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::{Problem, nearest};
+use super::{Problem, nearest, without_indices};
 use crate::InputError;
 
 pub(super) fn one_name(value: &Value, names: &[&str], path: &str) -> Result<(), Problem> {
@@ -93,6 +93,28 @@ pub(super) fn wrong_kind(value: &Value, expected: &str, schema: &Value, path: &s
         .found(found)
         .allowed(describe(expected.to_owned(), schema));
     Problem::new(path, error)
+}
+
+/// Returns advice on the header of the `value` at `path` if a single table is given instead of a list of tables, or the
+/// reverse. According to the schema, the value may be a table, a list of tables, or neither.
+pub(super) fn right_header(
+    value: &Value,
+    path: &str,
+    takes_table: bool,
+    takes_tables: bool,
+) -> Option<String> {
+    let name = without_indices(path);
+    match value {
+        Value::Object(_) if takes_tables => Some(format!(
+            "write [[{name}]] instead of [{name}]: there may be several, each under its own header"
+        )),
+        Value::Array(entries)
+            if takes_table && !entries.is_empty() && entries.iter().all(Value::is_object) =>
+        {
+            Some(format!("write [{name}] instead of [[{name}]]: a scene has only one"))
+        }
+        _ => None,
+    }
 }
 
 /// Returns the allowed values with the meaning of the key, which states its unit.
