@@ -5,8 +5,9 @@ use myovib_model::{Measurement, ModelError, Quantity};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::kind::{InvalidPlace, Kind, Reading, Systems, Wrong, at};
+use super::kind::{InvalidPlace, Kind, Reading, Wrong, at};
 use super::places::{check_reference, displacement_and_pressure, relative};
+use crate::Scene;
 
 /// Averages over a group, weighted by undeformed size.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -28,8 +29,8 @@ impl Kind for Average {
         check_reference(solid, self.relative_to.as_deref())
     }
 
-    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
-        let space = of.solid()?.space();
+    fn reading(&self, of: &Scene) -> Result<Box<dyn Reading>, ModelError> {
+        let space = of.expect_body()?.muscle.solid.space();
         let measurement = Measurement::average(space, &self.group, &self.quantities)?;
         relative(space, measurement, self.relative_to.as_deref())
     }

@@ -6,9 +6,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::column::ColumnKind;
-use super::kind::{Kind, Parts, Reading, StateAt, Systems, Wrong};
-use crate::InputError;
+use super::kind::{Kind, Reading, StateAt, Wrong, expect_chain};
+use crate::scene_file::SceneFile;
 use crate::system::{System, network_of};
+use crate::{InputError, Scene};
 
 /// Order parameters |Ψ|, arg Ψ and |χ| of a chain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -34,11 +35,11 @@ impl Kind for Coherence {
         true
     }
 
-    fn check_part(&self, parts: &Parts<'_>) -> Result<(), Wrong<InputError>> {
-        parts.expect_chain(&self.chain)
+    fn check_part(&self, file: &SceneFile) -> Result<(), Wrong<InputError>> {
+        expect_chain(file, &self.chain)
     }
 
-    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
+    fn reading(&self, of: &Scene) -> Result<Box<dyn Reading>, ModelError> {
         let (network, _) = of.chain(&self.chain)?;
         Ok(Box::new(Parameters { network }))
     }

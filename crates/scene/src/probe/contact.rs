@@ -6,10 +6,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::column::ColumnKind;
-use super::kind::{InvalidPlace, Kind, Parts, Reading, StateAt, Systems, Wrong};
+use super::kind::{InvalidPlace, Kind, Reading, StateAt, Wrong};
 use super::moment::{self, Arms, MOMENT};
-use crate::InputError;
+use crate::scene_file::SceneFile;
 use crate::system::{System, muscle_of};
+use crate::{InputError, Scene};
 
 /// Force of the obstacles on the body, N; undeformed area in contact, m², whose edge is uncertain by about a quarter of a facet;
 /// largest penetration, m; displacement of the first obstacle that moves, m: along its force, along the one axis of its motion
@@ -39,13 +40,14 @@ impl Kind for Contact {
         COLUMNS
     }
 
-    fn check_part(&self, parts: &Parts<'_>) -> Result<(), Wrong<InputError>> {
-        match parts.contacts.contains(&&*self.group) {
+    fn check_part(&self, file: &SceneFile) -> Result<(), Wrong<InputError>> {
+        let groups: Vec<&str> = file.contact.iter().map(|contact| &*contact.group).collect();
+        match groups.contains(&&*self.group) {
             true => Ok(()),
             false => Err((
                 ".group",
                 InputError::new(format!("no [[contact]] has the group `{}`", self.group))
-                    .allowed(parts.contacts.join(", ")),
+                    .allowed(groups.join(", ")),
             )),
         }
     }
@@ -54,16 +56,16 @@ impl Kind for Contact {
         moment::check(self.about.as_deref(), solid)
     }
 
-    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
-        let mut contacts = of.muscle.iter().flat_map(|muscle| &muscle.contacts);
+    fn reading(&self, of: &Scene) -> Result<Box<dyn Reading>, ModelError> {
+        let muscle = &of.expect_body()?.muscle;
         let moves =
             |contact: &myovib_model::Contact| contact.group() == self.group && contact.moves();
-        let space = of.solid()?.space();
+        let space = muscle.solid.space();
         Ok(Box::new(Sums {
             group: self.group.clone(),
             dimension: space.dimension(),
             arms: self.about.as_ref().map(|point| Arms::about(point, space)),
-            moving: contacts.position(moves),
+            moving: muscle.contacts.iter().position(moves),
         }))
     }
 }

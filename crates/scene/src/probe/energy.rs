@@ -6,7 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::balance::EnergyBalance;
 use super::column::ColumnKind;
-use super::kind::{Kind, Reading, StateAt, Systems};
+use super::kind::{Kind, Reading, StateAt};
+use crate::Scene;
+use crate::scene_file::Analysis;
 use crate::system::{System, muscle_of};
 
 /// Kinetic energy, elastic energy (with foundations and contacts), work of the loads, dissipation and imbalance, J; in the
@@ -29,8 +31,8 @@ impl Kind for Energy {
         &COLUMNS
     }
 
-    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
-        Ok(match of.is_static {
+    fn reading(&self, of: &Scene) -> Result<Box<dyn Reading>, ModelError> {
+        Ok(match of.file.analysis == Analysis::Static {
             true => Box::new(ElasticEnergy),
             false => Box::new(EnergyBalance::default()),
         })

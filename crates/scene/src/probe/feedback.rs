@@ -5,9 +5,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::column::ColumnKind;
-use super::kind::{Kind, Parts, Reading, StateAt, Systems, Wrong};
-use crate::InputError;
+use super::kind::{Kind, Reading, StateAt, Wrong};
+use crate::scene_file::SceneFile;
 use crate::system::System;
+use crate::{InputError, Scene};
 
 /// Stiffness factor of each feedback.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -25,13 +26,15 @@ impl Kind for Feedback {
         true
     }
 
-    fn check_part(&self, parts: &Parts<'_>) -> Result<(), Wrong<InputError>> {
-        let error = || InputError::new("the scene has no [[feedback]]");
-        parts.feedback.then_some(()).ok_or_else(|| (".type", error()))
+    fn check_part(&self, file: &SceneFile) -> Result<(), Wrong<InputError>> {
+        match file.feedback.is_empty() {
+            false => Ok(()),
+            true => Err((".type", InputError::new("the scene has no [[feedback]]"))),
+        }
     }
 
-    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
-        let names = of.feedbacks.iter().map(|chain| format!("{}_{chain}", FACTOR.name));
+    fn reading(&self, of: &Scene) -> Result<Box<dyn Reading>, ModelError> {
+        let names = of.file.feedback.iter().map(|own| format!("{}_{}", FACTOR.name, own.chain));
         Ok(Box::new(FactorReading(names.collect())))
     }
 }

@@ -2,36 +2,14 @@
 
 use myovib_fem::Solid;
 use myovib_model::harmonic::{Amplitude, DynamicStiffness};
-use myovib_model::{Measurement, ModelError, Muscle, Quantity, RodDae};
+use myovib_model::{Measurement, ModelError, Quantity};
 use num_complex::Complex64;
 
 use super::balance::EnergyBalance;
 use super::column::ColumnKind;
-use crate::InputError;
+use crate::scene_file::SceneFile;
 use crate::system::System;
-
-/// Parts of a scene file to which a probe can refer.
-pub(crate) struct Parts<'a> {
-    /// Whether the scene has a body with a mesh.
-    pub(crate) body: bool,
-    pub(crate) rod: bool,
-    pub(crate) chains: Vec<&'a str>,
-    /// Whether a chain acts back on the body.
-    pub(crate) feedback: bool,
-    pub(crate) contacts: Vec<&'a str>,
-}
-
-/// Parts of a scene that has been built.
-pub(crate) struct Systems<'a> {
-    pub(crate) muscle: Option<&'a Muscle>,
-    pub(crate) rod: Option<&'a RodDae>,
-    /// Name of each chain and number of its oscillators.
-    pub(crate) chains: Vec<(&'a str, usize)>,
-    /// Names of the chains that act back on the body.
-    pub(crate) feedbacks: Vec<&'a str>,
-    /// Whether the states are equilibria.
-    pub(crate) is_static: bool,
-}
+use crate::{InputError, Scene};
 
 /// A key of the probe and the error in its value.
 pub(crate) type Wrong<E> = (&'static str, E);
@@ -59,8 +37,8 @@ pub(crate) trait Kind {
     }
 
     /// Rejects a scene without the part that the probe measures. By default, this part is the body.
-    fn check_part(&self, parts: &Parts<'_>) -> Result<(), Wrong<InputError>> {
-        match parts.body {
+    fn check_part(&self, file: &SceneFile) -> Result<(), Wrong<InputError>> {
+        match file.mesh.is_some() {
             true => Ok(()),
             false => Err((
                 ".type",
@@ -75,9 +53,9 @@ pub(crate) trait Kind {
         Ok(())
     }
 
-    /// Creates the reading of the given systems. The existence of the part that the probe measures has already been
-    /// checked.
-    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError>;
+    /// Creates the reading for a scene that has been built. The existence of the part that the probe measures has already
+    /// been checked.
+    fn reading(&self, of: &Scene) -> Result<Box<dyn Reading>, ModelError>;
 }
 
 /// State y of a system and its derivative ẏ at time t.
@@ -173,30 +151,15 @@ impl dyn Reading {
     }
 }
 
-impl<'a> Systems<'a> {
-    pub(crate) fn solid(&self) -> Result<&'a Solid, ModelError> {
-        let muscle = self.muscle.ok_or(ModelError::NoSuchPart { part: "muscle" });
-        Ok(&muscle?.solid)
-    }
-
-    /// Returns the zero-based index of a chain and the number of its oscillators.
-    pub(crate) fn chain(&self, name: &str) -> Result<(usize, usize), ModelError> {
-        let mut chains = self.chains.iter().enumerate();
-        let found = chains.find(|(_, (own, _))| *own == name);
-        let (k, (_, n)) = found.ok_or(ModelError::NoSuchPart { part: "chain of that name" })?;
-        Ok((k, *n))
-    }
-}
-
-impl Parts<'_> {
-    pub(crate) fn expect_chain(&self, name: &str) -> Result<(), Wrong<InputError>> {
-        match self.chains.contains(&name) {
-            true => Ok(()),
-            false => Err((
-                ".chain",
-                InputError::new(format!("unknown chain `{name}`")).allowed(self.chains.join(", ")),
-            )),
-        }
+/// Rejects a scene without a chain of this name.
+pub(crate) fn expect_chain(file: &SceneFile, name: &str) -> Result<(), Wrong<InputError>> {
+    let names: Vec<&str> = file.chain.iter().map(|chain| &*chain.name).collect();
+    match names.contains(&name) {
+        true => Ok(()),
+        false => Err((
+            ".chain",
+            InputError::new(format!("unknown chain `{name}`")).allowed(names.join(", ")),
+        )),
     }
 }
 

@@ -5,8 +5,9 @@ use myovib_model::{Measurement, ModelError, Probe, Quantity};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::kind::{InvalidPlace, Kind, Reading, Systems, Wrong, at};
+use super::kind::{InvalidPlace, Kind, Reading, Wrong, at};
 use super::places::{Places, displacement_and_pressure};
+use crate::Scene;
 
 /// Values at equidistant points of a line, numbered from 0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -33,8 +34,8 @@ impl Kind for Line {
         at(".to", Probe::at(solid.space(), &self.to)).map(drop)
     }
 
-    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
-        let space = of.solid()?.space();
+    fn reading(&self, of: &Scene) -> Result<Box<dyn Reading>, ModelError> {
+        let space = of.expect_body()?.muscle.solid.space();
         let place = |i: usize| -> Vec<f64> {
             let s = i as f64 / (self.points - 1) as f64;
             let ends = self.from.iter().zip(&self.to);

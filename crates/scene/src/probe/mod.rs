@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 pub use column::ColumnKind;
 
 pub(crate) use balance::{EnergyBalance, nan_of_null};
-pub(crate) use kind::{HarmonicMotion, InvalidPlace, Kind, Parts, Reading, StateAt, Systems};
+pub(crate) use kind::{HarmonicMotion, InvalidPlace, Kind, Reading, StateAt, expect_chain};
 
 /// Wraps the difference of two angles to at most half a `turn`. A full turn is 2π or 360°.
 pub(crate) fn within_half_a_turn(difference: f64, turn: f64) -> f64 {

@@ -5,9 +5,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::column::ColumnKind;
-use super::kind::{Kind, Parts, Reading, StateAt, Systems, Wrong};
-use crate::InputError;
+use super::kind::{Kind, Reading, StateAt, Wrong, expect_chain};
+use crate::scene_file::SceneFile;
 use crate::system::{System, network_of};
+use crate::{InputError, Scene};
 
 /// Positions and velocities of the oscillators of a chain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -29,13 +30,13 @@ impl Kind for Oscillators {
         true
     }
 
-    fn check_part(&self, parts: &Parts<'_>) -> Result<(), Wrong<InputError>> {
-        parts.expect_chain(&self.chain)
+    fn check_part(&self, file: &SceneFile) -> Result<(), Wrong<InputError>> {
+        expect_chain(file, &self.chain)
     }
 
-    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
-        let (network, count) = of.chain(&self.chain)?;
-        Ok(Box::new(States { network, count }))
+    fn reading(&self, of: &Scene) -> Result<Box<dyn Reading>, ModelError> {
+        let (network, chain) = of.chain(&self.chain)?;
+        Ok(Box::new(States { network, count: chain.chain.omega.len() }))
     }
 }
 

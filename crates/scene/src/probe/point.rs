@@ -5,8 +5,9 @@ use myovib_model::{Measurement, ModelError, Probe, Quantity};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::kind::{InvalidPlace, Kind, Reading, Systems, Wrong, at};
+use super::kind::{InvalidPlace, Kind, Reading, Wrong, at};
 use super::places::{check_reference, displacement_and_pressure, relative};
+use crate::Scene;
 
 /// Values at a point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -29,8 +30,8 @@ impl Kind for Point {
         check_reference(solid, self.relative_to.as_deref())
     }
 
-    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
-        let space = of.solid()?.space();
+    fn reading(&self, of: &Scene) -> Result<Box<dyn Reading>, ModelError> {
+        let space = of.expect_body()?.muscle.solid.space();
         let measurement = Measurement::at(space, &self.at, &self.quantities)?;
         relative(space, measurement, self.relative_to.as_deref())
     }

@@ -9,10 +9,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::column::ColumnKind;
-use super::kind::{HarmonicMotion, InvalidPlace, Kind, Reading, StateAt, Systems, Wrong, at};
+use super::kind::{HarmonicMotion, InvalidPlace, Kind, Reading, StateAt, Wrong, at};
 use super::moment::{self, Arms, MOMENT};
-use crate::InputError;
 use crate::system::{System, muscle_of};
+use crate::{InputError, Scene};
 
 /// Force of a support on the body, N, in the plane N/m; with `about`, also its moment, N·m, in the plane N.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -63,8 +63,8 @@ impl Kind for Reaction {
         Err((".group", InvalidPlace::Input(error)))
     }
 
-    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
-        let space = of.solid()?.space();
+    fn reading(&self, of: &Scene) -> Result<Box<dyn Reading>, ModelError> {
+        let space = of.expect_body()?.muscle.solid.space();
         Ok(Box::new(Forces {
             nodes: space.nodes_of(&self.group)?,
             dimension: space.dimension(),

@@ -6,9 +6,10 @@ use num_complex::Complex64;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::kind::{HarmonicMotion, Kind, Parts, Reading, StateAt, Systems, Wrong};
-use crate::InputError;
+use super::kind::{HarmonicMotion, Kind, Reading, StateAt, Wrong};
+use crate::scene_file::SceneFile;
 use crate::system::System;
+use crate::{InputError, Scene};
 
 /// Displacement and velocity of the rod at a position.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -23,13 +24,15 @@ impl Kind for Rod {
         true
     }
 
-    fn check_part(&self, parts: &Parts<'_>) -> Result<(), Wrong<InputError>> {
-        let error = || InputError::new("the scene has no [rod]");
-        parts.rod.then_some(()).ok_or_else(|| (".type", error()))
+    fn check_part(&self, file: &SceneFile) -> Result<(), Wrong<InputError>> {
+        match &file.rod {
+            Some(_) => Ok(()),
+            None => Err((".type", InputError::new("the scene has no [rod]"))),
+        }
     }
 
-    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
-        match of.rod {
+    fn reading(&self, of: &Scene) -> Result<Box<dyn Reading>, ModelError> {
+        match &of.rod {
             Some(rod) => Ok(Box::new(rod.rod().displacement_at(self.at)?)),
             None => Err(ModelError::NoSuchPart { part: "rod" }),
         }

@@ -7,10 +7,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::column::ColumnKind;
-use super::kind::{HarmonicMotion, InvalidPlace, Kind, Reading, StateAt, Systems, Wrong, at};
-use crate::InputError;
+use super::kind::{HarmonicMotion, InvalidPlace, Kind, Reading, StateAt, Wrong, at};
 use crate::scene_file::solid::Axis;
 use crate::system::{System, muscle_of};
+use crate::{InputError, Scene};
 
 /// Volume inside a connected group of the boundary, m³; a cone to the center of the rim closes an opening.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -55,8 +55,8 @@ impl Kind for Volume {
         Ok(())
     }
 
-    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
-        Ok(Box::new(self.enclosed(of.solid()?)?))
+    fn reading(&self, of: &Scene) -> Result<Box<dyn Reading>, ModelError> {
+        Ok(Box::new(self.enclosed(&of.expect_body()?.muscle.solid)?))
     }
 }
 

@@ -81,7 +81,7 @@ pub(super) fn start<D: Driver>(
 /// # Errors
 /// Fails if the scene has no body or the body cannot start. Also returns the errors of the integrator.
 pub fn muscle_alone(scene: &Scene) -> Result<Box<dyn Integrator<MuscleDae>>, Error> {
-    let body = scene.body.as_ref().ok_or(ModelError::NoSuchPart { part: "muscle" })?;
+    let body = scene.expect_body()?;
     Ok(Starter::initial(scene).muscle(body)?.0)
 }
 
@@ -111,7 +111,7 @@ pub fn replayed(
 /// # Errors
 /// Fails if the scene has no body or the body cannot start. Also returns the errors of the integrator.
 pub fn with_chains(scene: &Scene) -> Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>, Error> {
-    let body = scene.body.as_ref().ok_or(ModelError::NoSuchPart { part: "muscle" })?;
+    let body = scene.expect_body()?;
     Starter::initial(scene).muscle_and_chains(body)
 }
 

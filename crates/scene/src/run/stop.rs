@@ -18,24 +18,20 @@ pub(super) enum Condition {
 
 impl Condition {
     pub(super) fn new(stop: &Stop, scene: &Scene) -> Result<Self, ModelError> {
-        let body = scene.body.as_ref();
-        let body = body.ok_or(ModelError::NoSuchPart { part: "muscle" });
         Ok(match stop {
             Stop::Displacement { at, above } => Self::Displacement {
-                probe: Probe::near(body?.muscle.solid.space(), at)?.0,
+                probe: Probe::near(scene.expect_body()?.muscle.solid.space(), at)?.0,
                 above: *above,
             },
-            Stop::Volume { below } => body.map(|_| Self::Volume { below: *below })?,
-            Stop::Coherence { chain, above } => {
-                let part = "chain of that name";
-                let mut chains = scene.chains.iter();
-                let network = chains.position(|own| own.name == *chain);
-                Self::Coherence {
-                    chain: chain.clone(),
-                    network: network.ok_or(ModelError::NoSuchPart { part })?,
-                    above: *above,
-                }
+            Stop::Volume { below } => {
+                scene.expect_body()?;
+                Self::Volume { below: *below }
             }
+            Stop::Coherence { chain, above } => Self::Coherence {
+                chain: chain.clone(),
+                network: scene.chain(chain)?.0,
+                above: *above,
+            },
         })
     }
 

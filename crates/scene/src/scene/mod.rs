@@ -54,7 +54,7 @@ use builtin::SCENES;
 
 use crate::InputError;
 use crate::inputs::{Input, Inputs};
-use crate::probe::{Reading, Systems};
+use crate::probe::Reading;
 use crate::scene_file::check::{Problem, nearest, suggest};
 use crate::scene_file::integrator::ChainSteps;
 use crate::scene_file::output::Probe;
@@ -176,6 +176,16 @@ impl Scene {
     /// Returns the scene as written, with defaults filled in.
     pub fn file(&self) -> &SceneFile {
         &self.file
+    }
+
+    pub(crate) fn expect_body(&self) -> Result<&Body, ModelError> {
+        self.body.as_ref().ok_or(ModelError::NoSuchPart { part: "muscle" })
+    }
+
+    /// Returns a chain and its zero-based index.
+    pub(crate) fn chain(&self, name: &str) -> Result<(usize, &DrivenChain), ModelError> {
+        let found = self.chains.iter().enumerate().find(|(_, chain)| chain.name == name);
+        found.ok_or(ModelError::NoSuchPart { part: "chain of that name" })
     }
 
     /// Returns whether the scene's analysis is a harmonic response.
@@ -409,18 +419,9 @@ impl Scene {
     }
 
     fn all_readings(&self) -> Result<Vec<Box<dyn Reading>>, InputError> {
-        let feedbacks = self.file.feedback.iter();
-        let chains = self.chains.iter();
-        let systems = Systems {
-            muscle: self.body.as_ref().map(|body| &body.muscle),
-            rod: self.rod.as_ref(),
-            chains: chains.map(|chain| (&*chain.name, chain.chain.omega.len())).collect(),
-            feedbacks: feedbacks.map(|feedback| &*feedback.chain).collect(),
-            is_static: self.file.analysis == Analysis::Static,
-        };
         let probes = self.file.probe.iter().enumerate();
         let reading = |(i, probe): (usize, &Probe)| {
-            self.at(&format!("probe[{i}]"), probe.kind.kind().reading(&systems))
+            self.at(&format!("probe[{i}]"), probe.kind.kind().reading(self))
         };
         probes.map(reading).collect()
     }

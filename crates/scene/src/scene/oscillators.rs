@@ -10,7 +10,7 @@ use super::Body;
 use super::builder::Builder;
 use super::chain_places::{DrivenPlace, Found, MAX_OSCILLATORS};
 use crate::InputError;
-use crate::probe::Parts;
+use crate::probe::expect_chain;
 use crate::scene_file::chain::{self, Place, RodLoadType};
 use crate::scene_file::output::Stop;
 
@@ -184,22 +184,15 @@ impl Builder<'_> {
 
     /// Checks that probes refer to parts of the scene and have unique names.
     pub(super) fn probes(&self) -> Result<(), InputError> {
-        let parts = Parts {
-            body: self.file.mesh.is_some(),
-            rod: self.file.rod.is_some(),
-            chains: self.file.chain.iter().map(|chain| &*chain.name).collect(),
-            feedback: !self.file.feedback.is_empty(),
-            contacts: self.file.contact.iter().map(|contact| &*contact.group).collect(),
-        };
         for (i, stop) in self.file.stop.iter().enumerate() {
             if let Stop::Coherence { chain, .. } = stop {
-                let checked = parts.expect_chain(chain);
+                let checked = expect_chain(self.file, chain);
                 checked.map_err(|(key, error)| self.wrong(&format!("stop[{i}]{key}"), error))?;
             }
         }
         self.table_names()?;
         for (i, probe) in self.file.probe.iter().enumerate() {
-            let checked = probe.kind.kind().check_part(&parts);
+            let checked = probe.kind.kind().check_part(self.file);
             checked.map_err(|(key, error)| self.wrong(&format!("probe[{i}]{key}"), error))?;
         }
         Ok(())
