@@ -22,6 +22,7 @@ use super::outputs::{CHECKPOINT_AFTER, Outputs};
 use super::recorder::Recorder;
 use super::start::{Driver, start};
 use super::stop::Condition;
+use super::verify::error_estimate;
 use super::volume::Volumes;
 use crate::modes::ENERGY_GAIN;
 use crate::probe::Reading;
@@ -38,15 +39,7 @@ use serde_json::Value;
 /// Default number of checkpoints per run.
 const CHECKPOINTS: f64 = 10.0;
 
-/// Function that estimates the errors of the probes of a finished run.
-pub(super) type Verify = fn(&Scene, &RunOptions<'_>) -> Result<Option<Value>, Error>;
-
-/// Computes the motion of a scene. Calls `verify` at the end if it is given.
-pub(super) fn compute(
-    scene: &Scene,
-    options: &RunOptions<'_>,
-    verify: Option<Verify>,
-) -> Result<RunResult, Error> {
+pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let started = Instant::now();
     // The outputs are checked before the folder is changed.
     let readings = scene.readings()?;
@@ -76,17 +69,8 @@ pub(super) fn compute(
         _ => None,
     };
     let from = checkpoint.as_ref();
-    let run = Motion {
-        scene,
-        options,
-        verify,
-        request,
-        folder,
-        checkpoint: from,
-        readings,
-        conditions,
-        started,
-    };
+    let run =
+        Motion { scene, options, request, folder, checkpoint: from, readings, conditions, started };
     start(scene, from, options.watcher(), run)
 }
 
@@ -94,7 +78,6 @@ pub(super) fn compute(
 struct Motion<'a> {
     scene: &'a Scene,
     options: &'a RunOptions<'a>,
-    verify: Option<Verify>,
     request: FolderRequest<'a>,
     folder: Option<ResultFolder>,
     checkpoint: Option<&'a Checkpoint>,
@@ -157,10 +140,10 @@ impl Motion<'_> {
     /// If requested, adds the error estimate to the document of a finished run. Returns false if the estimation was
     /// interrupted.
     fn verify(&self, folder: &ResultFolder, document: &mut Value) -> Result<bool, Error> {
-        let Some(verify) = self.verify else {
+        if !self.options.verify {
             return Ok(true);
-        };
-        let estimate = verify(self.scene, self.options)?;
+        }
+        let estimate = error_estimate(self.scene, self.options)?;
         let is_whole = estimate.is_some();
         if let Some(estimate) = estimate {
             document["error_estimate"] = estimate;

@@ -61,10 +61,7 @@ fn compute_analysis(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult
         without_motion(options)?;
     }
     match scene.file.analysis {
-        Analysis::Dynamic | Analysis::QuasiStatic => {
-            let verify: dynamic::Verify = verify::error_estimate;
-            dynamic::compute(scene, options, options.verify.then_some(verify))
-        }
+        Analysis::Dynamic | Analysis::QuasiStatic => dynamic::compute(scene, options),
         Analysis::Static => statics::compute(scene, options),
         Analysis::Modes => modes::compute(scene, options),
         Analysis::Response => response::compute(scene, options),

@@ -28,7 +28,7 @@ pub(super) fn error_estimate(
         progress: options.progress,
         ..RunOptions::into_folder(folder.path())
     };
-    let result = atomic_file::passing(|| dynamic::compute(&looser, &again, None));
+    let result = atomic_file::passing(|| dynamic::compute(&looser, &again));
     folder.disable_cleanup(atomic_file::has_stopped());
     if options.watcher().is_interrupted() {
         return Ok(None);
