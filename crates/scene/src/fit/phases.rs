@@ -74,7 +74,13 @@ impl Phases<'_, '_> {
             Ok(fit)
         });
         if !model.is_interrupted() {
-            let last = self.last(model, starts, &rough, requested);
+            model.set_effort(Effort::FULL);
+            let last = match &rough {
+                Ok(rough) => self
+                    .one(1.0, &mut |observe| refine(model, &starts[0], rough, requested, observe)),
+                // Full runs may succeed where inaccurate runs fail.
+                Err(_) => self.full(model, starts, requested),
+            };
             if last.is_ok() || !model.is_interrupted() {
                 return last;
             }
@@ -125,23 +131,6 @@ impl Phases<'_, '_> {
             last = Some(next.map(|fit| (fit, effort)));
         }
         last.expect("there is a phase before the last")
-    }
-
-    fn last(
-        &mut self,
-        model: &mut SceneModel<'_>,
-        starts: &[Vec<Parameter>],
-        rough: &Result<Fit, FitError>,
-        requested: &Options,
-    ) -> Result<Fit, FitError> {
-        model.set_effort(Effort::FULL);
-        match rough {
-            Ok(rough) => {
-                self.one(1.0, &mut |observe| refine(model, &starts[0], rough, requested, observe))
-            }
-            // Full runs may succeed where inaccurate runs fail.
-            Err(_) => self.full(model, starts, requested),
-        }
     }
 
     fn one(&mut self, part: f64, fit: &mut OnePhase<'_>) -> Result<Fit, FitError> {

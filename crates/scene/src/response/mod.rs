@@ -101,9 +101,7 @@ impl Curves {
         let values = self.amplitudes[k].iter().flat_map(parts);
         std::iter::once(frequency).chain(values).collect()
     }
-}
 
-impl Curves {
     /// Returns the local maxima of the amplitudes that are not rounding errors.
     fn peaks(&self, frequencies: &[f64]) -> Vec<Peak> {
         let largest = |k: usize| {
