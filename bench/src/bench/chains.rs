@@ -1,4 +1,4 @@
-//! Compares motions without chains, with separate steps for chains, and with body and chains as one system.
+//! Compares simulations of the body alone, of body and chains with separate steps, and of body and chains as one system.
 
 use anyhow::Context;
 use myovib_cli::exit::Exit;

@@ -54,7 +54,7 @@ pub(crate) enum What {
     /// Harmonic responses versus time integration and separate factorizations, adaptive versus equidistant frequencies,
     /// and a periodic state versus time integration from rest
     Response,
-    /// Runs without chains, with separate steps of chains and with one system
+    /// Runs without chains, with chains integrated by separate steps, and with body and chains as one system
     Chains,
     /// Twenty time steps of bodies with 100 000 unknowns, and the cost of 10 000 to 200 000 unknowns
     Large,

@@ -71,7 +71,7 @@ pub(crate) struct Differences {
     increments: Vec<f64>,
     /// Maximum norm of y.
     largest: f64,
-    /// Quotients of a group for the first fine displacement.
+    /// Difference quotients of a group of columns for the first of the small displacements.
     fine: Vec<f64>,
     /// Number of residual evaluations so far, including failed ones.
     pub(crate) evaluations: u64,

@@ -1,4 +1,4 @@
-//! Kernels of the LU factorization with partial pivoting, by faer.
+//! Kernels of faer for the LU factorization with partial pivoting.
 
 use std::sync::Arc;
 

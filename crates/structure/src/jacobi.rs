@@ -55,7 +55,7 @@ fn rotation(x: &DMatrix<f64>, p: usize, q: usize, tolerance: f64) -> Option<(f64
     Some((cosine, cosine * tangent))
 }
 
-/// Replaces columns p < q by cos p − sin q and sin p + cos q, respectively.
+/// Replaces the columns x_p and x_q (p < q) by c x_p − s x_q and s x_p + c x_q, where c is the cosine and s the sine.
 fn rotate(x: &mut DMatrix<f64>, p: usize, q: usize, cosine: f64, sine: f64) {
     let n = x.nrows();
     let (head, tail) = x.as_mut_slice().split_at_mut(q * n);

@@ -17,7 +17,7 @@ const DECISIVE_DECADES: f64 = 3.0;
 pub enum Verdict {
     /// Exactly one gap of at least three decades separates zeros from non-zeros.
     Decisive,
-    /// No gap or more than one gap is that wide, or a value is not finite.
+    /// No gap or more than one gap is wide enough to separate zeros from other values, or a value is not finite.
     Undecided,
 }
 
@@ -44,7 +44,7 @@ pub struct RankDecision {
 }
 
 impl RankDecision {
-    /// Decides which `magnitudes`, in any order, are zero. The cut is in the widest gap between the magnitudes
+    /// Decides which `magnitudes`, in any order, are zero. The threshold is in the widest gap between the magnitudes
     /// relative to `reference`, the magnitude of the matrix.
     pub(crate) fn new(subject: String, magnitudes: &[f64], reference: f64) -> Self {
         let size = magnitudes.len();

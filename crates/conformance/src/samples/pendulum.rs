@@ -204,7 +204,7 @@ impl Problem for Pendulum {
         2
     }
 
-    /// Evaluates the constraints on the length and its rate in all forms.
+    /// Evaluates the constraint on the length and its time derivative in all formulations.
     fn constraints(&mut self, _: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError> {
         out[0] = y[0] * y[0] + y[1] * y[1] - self.length * self.length;
         out[1] = y[0] * y[2] + y[1] * y[3];

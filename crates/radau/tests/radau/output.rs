@@ -37,8 +37,8 @@ fn run<P: Problem + 'static>(
     None
 }
 
-/// Regression test: after a kink, rounding of multipliers limited the next steps. It was divided by the sizes of the
-/// short steps that had located the kink. With dense output, 80 of these runs did not reach the end.
+/// Regression test: after a kink, the rounding errors of multipliers, divided by the short steps that had located the
+/// kink, limited the next steps. With dense output, 80 of these runs did not reach the end.
 #[test]
 fn output_does_not_prevent_success() {
     let mut attempts = [0; 2];

@@ -446,7 +446,7 @@ fn sensitivities_continue_from_a_restored_state() {
     assert!(matches!(refused.err(), Some(RadauError::Common(WithinStep { .. }))));
 }
 
-/// Restoring a state is a new start, which also ends sensitivities and recordings.
+/// Restoring a state restarts the integration, so sensitivities and recordings are discarded.
 #[test]
 fn a_restored_state_ends_what_follows_steps() {
     let (mut solver, mut followed) = fixed_steps();

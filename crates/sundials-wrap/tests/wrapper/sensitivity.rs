@@ -319,7 +319,7 @@ impl Problem for Recording {
     }
 }
 
-/// Parameter p of [`Recording`], whose derivative is exact; counts its evaluations.
+/// Parameter p of [`Recording`] with an exact derivative. Counts the evaluations of the derivative.
 struct Counted([Parameter; 1], Arc<Mutex<u64>>);
 
 impl Parameters<Recording> for Counted {
@@ -377,7 +377,7 @@ fn a_state_is_linearized_once_and_all_evaluations_are_counted() {
     }
 }
 
-/// Regression of the linearization of a state: the problem may change while the state remains.
+/// Regression: a state must be linearized again if the problem has changed, even if the state has not.
 #[test]
 fn a_changed_problem_is_linearized_again() {
     let start = vec![[vec![0.0], vec![-1.0]]];
