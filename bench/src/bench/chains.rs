@@ -3,11 +3,10 @@
 use anyhow::Context;
 use myovib_cli::exit::Exit;
 use myovib_cli::machine::Machine;
-use myovib_scene::run::{RunOptions, compute};
 use myovib_scene::{InputError, Scene};
 use serde::Serialize;
 
-use super::{BenchArgs, fastest, give, goes_on};
+use super::{BenchArgs, fastest_document, give, goes_on};
 
 /// Title, scene and overrides of a case, and its variants of the chains with their overrides.
 type Case = (&'static str, &'static str, &'static [&'static str], &'static [Variant]);
@@ -87,13 +86,7 @@ fn measured(
     args: &BenchArgs,
 ) -> anyhow::Result<Run> {
     let scene = without_outputs(scene, set)?;
-    let once = || -> anyhow::Result<_> {
-        let folder = tempfile::tempdir()?;
-        let document = compute(&scene, &RunOptions::into_folder(folder.path()))?.document;
-        let seconds = document["cpu_seconds"].as_f64().context("a run has a CPU time")?;
-        Ok((document, seconds))
-    };
-    let (document, cpu_seconds) = fastest(args.repeats, once, |(_, seconds)| *seconds)?;
+    let (document, cpu_seconds) = fastest_document(&scene, args.repeats)?;
     let count = |key: &str| document[key].as_u64().context("a run has counts");
     Ok(Run {
         variant,

@@ -8,15 +8,18 @@ mod text;
 
 use std::sync::atomic::Ordering;
 
+use anyhow::Context;
 use clap::{Args, ValueEnum};
 use cpu_time::ThreadTime;
 use serde::Serialize;
+use serde_json::Value;
 
 use myovib_cli::args::CommonArgs;
 use myovib_cli::exit::Exit;
 use myovib_cli::interrupt;
 use myovib_cli::values;
-use myovib_scene::InputError;
+use myovib_scene::run::{RunOptions, compute};
+use myovib_scene::{InputError, Scene};
 
 /// Options of `myovib-bench bench`.
 #[derive(Debug, Args)]
@@ -111,6 +114,17 @@ fn fastest_call<E>(repeats: u32, mut call: impl FnMut() -> Result<(), E>) -> Res
         best = best.min(start.elapsed().as_secs_f64());
     }
     Ok(best)
+}
+
+/// Computes a scene `repeats` times. Returns the document of the fastest run and its CPU time (s).
+fn fastest_document(scene: &Scene, repeats: u32) -> anyhow::Result<(Value, f64)> {
+    let once = || -> anyhow::Result<_> {
+        let folder = tempfile::tempdir()?;
+        let document = compute(scene, &RunOptions::into_folder(folder.path()))?.document;
+        let seconds = document["cpu_seconds"].as_f64().context("a run has a CPU time")?;
+        Ok((document, seconds))
+    };
+    fastest(repeats, once, |(_, seconds)| *seconds)
 }
 
 /// Prints or writes the results. They are incomplete after Ctrl-C.

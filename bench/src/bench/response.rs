@@ -11,14 +11,13 @@ use myovib_cli::machine::Machine;
 use myovib_model::linear::{Condensation, Condensed, LinearWork};
 use myovib_model::{MuscleDae, run as run_model, start_at_rest};
 use myovib_scene::response::Response;
-use myovib_scene::run::{RunOptions, compute};
 use myovib_scene::watch::Watcher;
 use myovib_scene::{Body, Scene};
 use myovib_sparse::SparseOptions;
 use num_complex::Complex64;
 use serde::Serialize;
 
-use super::{BenchArgs, fastest, give, goes_on};
+use super::{BenchArgs, fastest, fastest_document, give, goes_on};
 
 /// Comparison of a harmonic response with the time integration that it replaces, or with its factorizations alone.
 #[derive(Serialize)]
@@ -169,13 +168,7 @@ fn beside_factorizations() -> anyhow::Result<Row> {
 fn periodic_state(name: &'static str, repeats: u32) -> anyhow::Result<PeriodicState> {
     let computed = |set: &[String]| -> anyhow::Result<_> {
         let scene = Scene::built_in(name, set)?;
-        let once = || -> anyhow::Result<_> {
-            let folder = tempfile::tempdir()?;
-            let document = compute(&scene, &RunOptions::into_folder(folder.path()))?.document;
-            let seconds = document["cpu_seconds"].as_f64().context("a run has a CPU time")?;
-            Ok((document, seconds))
-        };
-        let (document, seconds) = fastest(repeats, once, |(_, seconds)| *seconds)?;
+        let (document, seconds) = fastest_document(&scene, repeats)?;
         Ok((document, seconds, scene.t_end))
     };
     let (found, cpu_seconds, _) = computed(&["analysis=periodic".to_owned()])?;
