@@ -90,12 +90,12 @@ unsafe fn handed<'a, C>(
 /// Null pointer instead of S or Ṡ.
 const NONE: *mut N_Vector = std::ptr::null_mut();
 
-/// Implements IDAResFnBS.
+/// Implements IDAResFnBS or IDAQuadRhsFnBS.
 ///
 /// # Safety
 /// Must be called by IDAS with its serial vectors and the address of a live `Link<C>`. Each array of sensitivities has
 /// as many entries as the link states.
-pub(crate) unsafe extern "C" fn residual_with<C: Callbacks>(
+pub(crate) unsafe extern "C" fn evaluate_with<C: Callbacks, const IS_QUADRATURE: bool>(
     t: realtype,
     y: N_Vector,
     y_dot: N_Vector,
@@ -103,7 +103,7 @@ pub(crate) unsafe extern "C" fn residual_with<C: Callbacks>(
     s_dot: *mut N_Vector,
     values: N_Vector,
     rates: N_Vector,
-    residual: N_Vector,
+    out: N_Vector,
     user_data: *mut c_void,
 ) -> c_int {
     // SAFETY: IDAS passes back the address of our link and does not access its vectors during the call; callbacks are
@@ -111,31 +111,36 @@ pub(crate) unsafe extern "C" fn residual_with<C: Callbacks>(
     let (which, boundary, forward, values) =
         unsafe { handed::<C>(user_data, t, [y, y_dot], [s, s_dot], [values, rates]) };
     // SAFETY: the vector is valid but possibly uninitialized, and distinct from all others.
-    let residual = unsafe { zeroed_mut(residual) };
-    guarded(boundary, |callbacks| callbacks.backward_residual(which, &forward, values, residual))
+    let out = unsafe { zeroed_mut(out) };
+    guarded(boundary, |callbacks| match IS_QUADRATURE {
+        false => callbacks.backward_residual(which, &forward, values, out),
+        true => callbacks.backward_quadrature(which, &forward, values, out),
+    })
 }
 
-/// Implements IDAResFnB.
+/// Implements IDAResFnB or IDAQuadRhsFnB.
 ///
 /// # Safety
-/// The conditions of [`residual_with`] apply; the link has no parameters.
-pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
+/// The conditions of [`evaluate_with`] apply; the link has no parameters.
+pub(crate) unsafe extern "C" fn evaluate<C: Callbacks, const IS_QUADRATURE: bool>(
     t: realtype,
     y: N_Vector,
     y_dot: N_Vector,
     values: N_Vector,
     rates: N_Vector,
-    residual: N_Vector,
+    out: N_Vector,
     user_data: *mut c_void,
 ) -> c_int {
     // SAFETY: guaranteed by the caller.
-    unsafe { residual_with::<C>(t, y, y_dot, NONE, NONE, values, rates, residual, user_data) }
+    unsafe {
+        evaluate_with::<C, IS_QUADRATURE>(t, y, y_dot, NONE, NONE, values, rates, out, user_data)
+    }
 }
 
 /// Implements IDALsJacFnBS.
 ///
 /// # Safety
-/// The conditions of [`residual_with`] apply; the matrix is not used.
+/// The conditions of [`evaluate_with`] apply; the matrix is not used.
 pub(crate) unsafe extern "C" fn setup_with<C: Callbacks>(
     t: realtype,
     c_j: realtype,
@@ -203,45 +208,4 @@ pub(crate) unsafe extern "C" fn solve<C: Callbacks>(
     let (which, _, boundary) = unsafe { linked::<C>(user_data) };
     // SAFETY: x and b are the vectors passed by IDAS.
     unsafe { solved(boundary, x, b, |callbacks, rhs| callbacks.backward_solve(which, rhs)) }
-}
-
-/// Implements IDAQuadRhsFnBS.
-///
-/// # Safety
-/// The conditions of [`residual_with`] apply.
-pub(crate) unsafe extern "C" fn quadrature_with<C: Callbacks>(
-    t: realtype,
-    y: N_Vector,
-    y_dot: N_Vector,
-    s: *mut N_Vector,
-    s_dot: *mut N_Vector,
-    values: N_Vector,
-    rates: N_Vector,
-    out: N_Vector,
-    user_data: *mut c_void,
-) -> c_int {
-    // SAFETY: IDAS passes back the address of our link and does not access its vectors during the call; callbacks are
-    // not nested.
-    let (which, boundary, forward, values) =
-        unsafe { handed::<C>(user_data, t, [y, y_dot], [s, s_dot], [values, rates]) };
-    // SAFETY: the vector is valid but possibly uninitialized, and distinct from all others.
-    let out = unsafe { zeroed_mut(out) };
-    guarded(boundary, |callbacks| callbacks.backward_quadrature(which, &forward, values, out))
-}
-
-/// Implements IDAQuadRhsFnB.
-///
-/// # Safety
-/// The conditions of [`quadrature_with`] apply; the link has no parameters.
-pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
-    t: realtype,
-    y: N_Vector,
-    y_dot: N_Vector,
-    values: N_Vector,
-    rates: N_Vector,
-    out: N_Vector,
-    user_data: *mut c_void,
-) -> c_int {
-    // SAFETY: guaranteed by the caller.
-    unsafe { quadrature_with::<C>(t, y, y_dot, NONE, NONE, values, rates, out, user_data) }
 }

@@ -72,15 +72,15 @@ pub(super) fn guarded_or<C, T>(
     }
 }
 
-/// Implements IDAResFn.
+/// Implements IDAResFn or IDAQuadRhsFn.
 ///
 /// # Safety
 /// Must be called by IDAS with its serial vectors and the address passed to IDASetUserData.
-pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
+pub(crate) unsafe extern "C" fn evaluate<C: Callbacks, const IS_QUADRATURE: bool>(
     t: realtype,
     y: N_Vector,
     y_dot: N_Vector,
-    residual: N_Vector,
+    out: N_Vector,
     user_data: *mut c_void,
 ) -> c_int {
     // SAFETY: IDAS passes back the address of our boundary, and callbacks do not nest.
@@ -88,14 +88,17 @@ pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
     // SAFETY: IDAS' vectors are serial and initialized, and IDAS does not access them during the call.
     let (y, y_dot) = unsafe { state(y, y_dot) };
     // SAFETY: the vector is valid but possibly uninitialized, and distinct from y and ẏ.
-    let residual = unsafe { zeroed_mut(residual) };
-    guarded(boundary, |callbacks| callbacks.residual(t, y, y_dot, residual))
+    let out = unsafe { zeroed_mut(out) };
+    guarded(boundary, |callbacks| match IS_QUADRATURE {
+        false => callbacks.residual(t, y, y_dot, out),
+        true => callbacks.quadrature(t, y, y_dot, out),
+    })
 }
 
 /// Implements IDALsJacFn: the setup of the linear solver, which stores its matrix internally.
 ///
 /// # Safety
-/// The conditions of [`residual`] apply; the matrix is not used.
+/// The conditions of [`evaluate`] apply; the matrix is not used.
 pub(crate) unsafe extern "C" fn linear_setup<C: Callbacks>(
     t: realtype,
     c_j: realtype,
@@ -162,7 +165,7 @@ pub(super) unsafe fn solved<C>(
 /// Implements IDARootFn.
 ///
 /// # Safety
-/// The conditions of [`residual`] apply. `values` has space for the number of values passed to IDARootInit.
+/// The conditions of [`evaluate`] apply. `values` has space for the number of values passed to IDARootInit.
 pub(crate) unsafe extern "C" fn roots<C: Callbacks>(
     t: realtype,
     y: N_Vector,
@@ -185,7 +188,7 @@ pub(crate) unsafe extern "C" fn roots<C: Callbacks>(
 /// Implements IDAEwtFn.
 ///
 /// # Safety
-/// The conditions of [`residual`] apply.
+/// The conditions of [`evaluate`] apply.
 pub(crate) unsafe extern "C" fn error_weights<C: Callbacks>(
     y: N_Vector,
     weights: N_Vector,
@@ -198,24 +201,4 @@ pub(crate) unsafe extern "C" fn error_weights<C: Callbacks>(
     // SAFETY: the vector is valid but possibly uninitialized, and distinct from y.
     let weights = unsafe { zeroed_mut(weights) };
     guarded(boundary, |callbacks| callbacks.error_weights(y, weights))
-}
-
-/// Implements IDAQuadRhsFn.
-///
-/// # Safety
-/// The conditions of [`residual`] apply.
-pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
-    t: realtype,
-    y: N_Vector,
-    y_dot: N_Vector,
-    rates: N_Vector,
-    user_data: *mut c_void,
-) -> c_int {
-    // SAFETY: IDAS passes back the address of our boundary, and callbacks do not nest.
-    let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS' vectors are serial and initialized, and IDAS does not access them during the call.
-    let (y, y_dot) = unsafe { state(y, y_dot) };
-    // SAFETY: the vector is valid but possibly uninitialized, and distinct from y and ẏ.
-    let rates = unsafe { zeroed_mut(rates) };
-    guarded(boundary, |callbacks| callbacks.quadrature(t, y, y_dot, rates))
 }

@@ -109,12 +109,12 @@ impl<C: Callbacks> Ida<C> {
         let (y, y_dot) = (part.y.raw(), part.y_dot.raw());
         let quadrature = part.quadrature.as_ref().map(NVector::raw);
         let code = if with {
-            let residual: sys::IDAResFnBS = Some(backward::residual_with::<C>);
+            let residual: sys::IDAResFnBS = Some(backward::evaluate_with::<C, false>);
             // SAFETY: the backward problem exists; both vectors have the same length and are copied; the function is
             // compatible with the link, which is its user data.
             unsafe { sys::IDAInitBS(memory, number, residual, t, y, y_dot) }
         } else {
-            let residual: sys::IDAResFnB = Some(backward::residual::<C>);
+            let residual: sys::IDAResFnB = Some(backward::evaluate::<C, false>);
             // SAFETY: as above.
             unsafe { sys::IDAInitB(memory, number, residual, t, y, y_dot) }
         };
@@ -123,11 +123,11 @@ impl<C: Callbacks> Ida<C> {
             return Ok(());
         };
         let code = if with {
-            let rates: sys::IDAQuadRhsFnBS = Some(backward::quadrature_with::<C>);
+            let rates: sys::IDAQuadRhsFnBS = Some(backward::evaluate_with::<C, true>);
             // SAFETY: as above.
             unsafe { sys::IDAQuadInitBS(memory, number, rates, quadrature) }
         } else {
-            let rates: sys::IDAQuadRhsFnB = Some(backward::quadrature::<C>);
+            let rates: sys::IDAQuadRhsFnB = Some(backward::evaluate::<C, true>);
             // SAFETY: as above.
             unsafe { sys::IDAQuadInitB(memory, number, rates, quadrature) }
         };

@@ -153,9 +153,10 @@ impl<C: Callbacks> Ida<C> {
         unsafe { messages::redirect_messages::<C>(&self.context, memory, data) }?;
         self.set("IDASetUserData", sys::IDASetUserData, data)?;
         let (y, y_dot) = (self.y.raw(), self.y_dot.raw());
+        let residual: sys::IDAResFn = Some(trampoline::evaluate::<C, false>);
         // SAFETY: the residual function is compatible with the user data; both vectors have the same length and are
         // copied.
-        let code = unsafe { sys::IDAInit(memory, Some(trampoline::residual::<C>), t0, y, y_dot) };
+        let code = unsafe { sys::IDAInit(memory, residual, t0, y, y_dot) };
         check("IDAInit", code)?;
         let solver = self.linear_solver.raw();
         // SAFETY: solver and matrix belong together, are compatible with the vectors and outlive the block.

@@ -83,7 +83,7 @@ impl<C: Callbacks> Ida<C> {
     /// Attaches quadratures that start at `q0`.
     pub(crate) fn init_quadrature(&mut self, q0: &[f64]) -> Result<(), CallFailed> {
         let vector = NVector::from_slice(q0, &self.context)?;
-        let function: sys::IDAQuadRhsFn = Some(trampoline::quadrature::<C>);
+        let function: sys::IDAQuadRhsFn = Some(trampoline::evaluate::<C, true>);
         // SAFETY: the block is valid; the function is compatible with the user data; the vector is copied.
         let code = unsafe { sys::IDAQuadInit(self.memory.raw(), function, vector.raw()) };
         check("IDAQuadInit", code)?;
