@@ -21,39 +21,22 @@ impl Operation {
     /// Converts an error of this operation; for use with `map_err`. After a recoverable error, the step size is halved.
     /// A fatal error ends the integration.
     pub(crate) fn failed(self) -> impl FnOnce(StepError) -> Failure {
+        // The reason applies if this operation keeps failing.
+        let (function, reason) = match self {
+            Self::Residual => ("residual", StopReason::ResidualFailed),
+            Self::Jacobian => ("Jacobian", StopReason::JacobianFailed),
+            Self::LinearSetUp => ("linear setup", StopReason::LinearSetupFailed),
+            Self::LinearSolve => ("linear solve", StopReason::LinearSolveFailed),
+            Self::RootFunction => ("root function", StopReason::RootFunctionFailed),
+            Self::ErrorWeights => ("error weight function", StopReason::ErrorWeightsFailed),
+            Self::Quadrature => ("quadrature", StopReason::QuadratureFailed),
+        };
         move |error| match error {
-            StepError::Recoverable(message) => Failure::Rejected(Rejection {
-                reason: self.stop_reason(),
-                message,
-                step_factor: 0.5,
-            }),
-            StepError::Fatal(source) => Failure::Fatal(Fatal { function: self.name(), source }),
-            other => Failure::Fatal(Fatal { function: self.name(), source: other.into() }),
-        }
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Residual => "residual",
-            Self::Jacobian => "Jacobian",
-            Self::LinearSetUp => "linear setup",
-            Self::LinearSolve => "linear solve",
-            Self::RootFunction => "root function",
-            Self::ErrorWeights => "error weight function",
-            Self::Quadrature => "quadrature",
-        }
-    }
-
-    /// Returns the reason why an integration stops if this operation keeps failing.
-    fn stop_reason(self) -> StopReason {
-        match self {
-            Self::Residual => StopReason::ResidualFailed,
-            Self::Jacobian => StopReason::JacobianFailed,
-            Self::LinearSetUp => StopReason::LinearSetupFailed,
-            Self::LinearSolve => StopReason::LinearSolveFailed,
-            Self::RootFunction => StopReason::RootFunctionFailed,
-            Self::ErrorWeights => StopReason::ErrorWeightsFailed,
-            Self::Quadrature => StopReason::QuadratureFailed,
+            StepError::Recoverable(message) => {
+                Failure::Rejected(Rejection { reason, message, step_factor: 0.5 })
+            }
+            StepError::Fatal(source) => Failure::Fatal(Fatal { function, source }),
+            other => Failure::Fatal(Fatal { function, source: other.into() }),
         }
     }
 }
