@@ -28,10 +28,10 @@ use crate::modes::ENERGY_GAIN;
 use crate::probe::Reading;
 use crate::result_folder::Existing;
 use crate::result_folder::{FolderRequest, ResultFolder};
-use crate::scene::Scene;
+use crate::scene::{DrivenChain, Scene};
 use crate::statistics::DRIFT_SAMPLES;
 use crate::system::System;
-use crate::vtu::{Grid, Series};
+use crate::vtu::{self, Grid, Series};
 use crate::watch::Watch;
 use crate::{Error, InputError};
 use serde_json::Value;
@@ -44,7 +44,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     // The outputs are checked before the folder is changed.
     let readings = scene.readings()?;
     let conditions = conditions(scene)?;
-    let mut request = request(scene, options, &[])?;
+    let mut request = request(scene, options, &lists_of_fields(scene))?;
     request.check()?;
     let is_resumed = options.existing == Existing::Resume;
     if is_resumed {
@@ -298,6 +298,14 @@ fn open(
         notes.extend(note);
     }
     Ok((recorders, notes))
+}
+
+/// Returns the names of the files that list the field files of a run.
+fn lists_of_fields(scene: &Scene) -> Vec<&'static str> {
+    let has_fields = scene.file.fields.is_some() && scene.body.is_some();
+    let has_points = scene.chains.iter().any(DrivenChain::is_at_many_points);
+    let lists = [(has_fields, vtu::LIST), (has_fields && has_points, vtu::PLACES_LIST)];
+    lists.into_iter().filter(|(is_written, _)| *is_written).map(|(_, list)| list).collect()
 }
 
 fn fields(

@@ -196,7 +196,7 @@ impl Builder<'_> {
             return wrong(error.allowed(names.join(", ")));
         };
         let chain = &chains[number];
-        if chain.is_in_many_places() && chain.elements().is_none() {
+        if chain.is_at_many_points() {
             let error = InputError::new(format!(
                 "the chains `{name}` at several points have no part of the body to act on"
             ));

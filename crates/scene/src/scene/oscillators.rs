@@ -53,6 +53,12 @@ impl DrivenChain {
         !matches!(self.at, None | Some(Place::Point(_) | Place::Position(_)))
     }
 
+    /// Returns whether there are chains at many points that do not belong to elements. The fields of a run show them as
+    /// separate points.
+    pub fn is_at_many_points(&self) -> bool {
+        self.is_in_many_places() && self.elements().is_none()
+    }
+
     /// Returns a note if grid points of the chain are outside the body.
     pub(super) fn note(&self) -> Option<String> {
         let (kept, all) = (self.places.len(), self.places.len() + self.outside);

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use myovib_oscillators::{Coherence, coherence_at};
 use myovib_scene::run::{RunOptions, compute};
-use myovib_scene::{DrivenChain, Scene, vtu};
+use myovib_scene::{DrivenChain, Error, Scene, vtu};
 
 /// A box under a body force along x. It can only move along x, without strain.
 const BOX: &str = r#"
@@ -226,6 +226,21 @@ fn assert_near(found: &[f64], expected: &[f64], what: &str) {
     for (a, b) in found.iter().zip(expected) {
         // Sums of up to about a hundred numbers of size 1, in another order.
         assert!((a - b).abs() < 1e-13 * b.abs().max(1.0), "{what}: {a} {b}");
+    }
+}
+
+/// Regression test: a foreign file with the name of the second list was found after the first field files were written.
+#[test]
+fn foreign_lists_of_fields_are_found_before_anything_is_written() {
+    let scene = build(MUSCLE);
+    for list in [vtu::LIST, vtu::PLACES_LIST] {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join(list), "mine").unwrap();
+        let refused = compute(&scene, &RunOptions::into_folder(folder.path()));
+        assert!(matches!(refused, Err(Error::Input(_))), "{list}");
+        let entries = std::fs::read_dir(folder.path()).unwrap();
+        let names: Vec<_> = entries.map(|entry| entry.unwrap().file_name()).collect();
+        assert_eq!(names, [list]);
     }
 }
 

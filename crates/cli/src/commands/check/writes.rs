@@ -2,8 +2,8 @@
 
 use myovib_model::SampleTimes;
 use myovib_report::table::counted;
-use myovib_scene::Scene;
 use myovib_scene::scene_file::Analysis;
+use myovib_scene::{DrivenChain, Scene};
 
 /// Describes the tables and fields that a run writes, one per line.
 pub(super) fn lines(scene: &Scene) -> Vec<String> {
@@ -26,7 +26,7 @@ pub(super) fn lines(scene: &Scene) -> Vec<String> {
         let files = rows(fields.interval, "file");
         format!("writes          fields.pvd: {} in {files}", names.join(", "))
     }));
-    if scene.chains.iter().any(|chain| chain.elements().is_none() && chain.is_in_many_places()) {
+    if scene.chains.iter().any(DrivenChain::is_at_many_points) {
         lines.extend(file.fields.as_ref().map(|fields| {
             let files = rows(fields.interval, "file");
             format!("writes          places.pvd: oscillators in {files}")
