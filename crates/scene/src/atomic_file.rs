@@ -190,7 +190,7 @@ fn permissions() -> Option<Permissions> {
 
 /// Syncs the folder so that the rename survives a power failure, if the operating system supports this.
 fn sync_folder(folder: &Path) {
-    // If the operating system does not support this, the file still exists.
+    // An error is ignored because some operating systems cannot sync folders. The file exists in any case.
     let _ = File::open(folder).and_then(|folder| sync(&folder));
 }
 
@@ -252,7 +252,7 @@ mod tests {
         assert_eq!(write(&path, |_| Ok(())).unwrap_err().kind(), io::ErrorKind::NotFound);
     }
 
-    /// Regression: a symlinked output was followed.
+    /// Regression: a symbolic link at the output path was followed.
     #[cfg(unix)]
     #[test]
     fn a_link_is_replaced_and_not_followed() {

@@ -131,7 +131,7 @@ impl Table {
                 table.names = words;
                 continue;
             }
-            // The reader reports a position before any blank lines that it skips in front of the record.
+            // The reported position precedes any blank lines that the reader skips before the record.
             let start = record.position().map_or(0, |position| position.byte()) as usize;
             let blank = text[start..].bytes().take_while(|byte| b"\r\n".contains(byte));
             let start = start + blank.count();
@@ -174,7 +174,7 @@ pub fn read_numbers(path: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), Error> 
 mod tests {
     use super::*;
 
-    /// Records each write separately.
+    /// Sink that records each write separately.
     #[derive(Default)]
     struct Writes(Vec<Vec<u8>>);
 

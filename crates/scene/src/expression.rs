@@ -227,7 +227,7 @@ mod tests {
             [("max(x, 2)", 3.0), ("min(x, 2)", 2.0), ("atan2(x, -x)", 0.75 * PI)]
         {
             let found = parse(text).unwrap().eval(&[3.0]).unwrap();
-            // Rounding error of the last operation.
+            // The tolerance covers the rounding error of the last operation.
             assert!((found - expected).abs() < 1e-15, "{text}: {found}");
         }
     }

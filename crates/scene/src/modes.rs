@@ -188,8 +188,8 @@ fn not_held(muscle: &Muscle) -> Option<String> {
     Some(format!("{} rigid motion{s} at 0 Hz: {free}", free.count))
 }
 
-/// Returns a note if a material law has a one-sided tangent at rest and the body is not strained more than in a
-/// vibration.
+/// Returns a note if a material law has a one-sided tangent at rest and the strain of the body is at most as large as
+/// in a vibration.
 pub(crate) fn one_sided(muscle: &Muscle, at: &Equilibrium) -> Option<String> {
     let law = muscle.solid.laws().iter().find(|law| law.is_one_sided_at_rest())?;
     let mut u = vec![0.0; muscle.solid.dofs().n_full()];

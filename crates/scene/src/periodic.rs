@@ -58,7 +58,7 @@ pub struct CurvePoint {
     pub parameter: f64,
     /// Frequency (Hz).
     pub frequency: f64,
-    /// Whether the curve has a fold here, at which the parameter turns back.
+    /// Whether the curve has a fold at this state, where the parameter changes direction.
     pub is_fold: bool,
     /// Largest magnitude of the Floquet multipliers.
     pub spectral_radius: f64,

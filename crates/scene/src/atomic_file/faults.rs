@@ -12,8 +12,8 @@ thread_local! {
     static TORN: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs `compute` with a disk that fails after `last` operations. If `torn` is true, half of the bytes of the failing
-/// write reach the disk. Also returns the number of attempted operations.
+/// Runs `compute` on a simulated disk that fails after `last` operations. If `torn` is true, half of the bytes of the
+/// failing write reach the disk. Also returns the number of attempted operations.
 pub(crate) fn with_disk_that_stops_after<T>(
     last: u64,
     torn: bool,

@@ -48,7 +48,7 @@ impl Domain {
     }
 }
 
-/// Maximum relative distance outside the domain that is attributed to rounding in other programs.
+/// Maximum relative distance of a measurement from the domain that is attributed to rounding in other programs.
 const ROUNDING: f64 = 1e-12;
 
 /// Suffix of the names of columns that contain standard deviations in plain tables.

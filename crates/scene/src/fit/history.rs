@@ -13,8 +13,8 @@ use crate::result_folder::{FolderRequest, ResultFolder};
 /// Name of the file that contains the table of iterations.
 pub(super) const HISTORY: &str = "history.csv";
 
-/// Columns that precede the parameters. `part` is the fraction of the measured time span, from its start, that
-/// contributes to the cost.
+/// Columns that precede the parameters. `part` is the fraction of the measured time span, counted from its start, that
+/// the cost includes.
 const COLUMNS: [&str; 4] = ["iteration", "runs", "part", "cost"];
 
 /// Writer for the table of iterations. Each iteration is written to disk before the next one begins.

@@ -61,7 +61,8 @@ pub struct FitOptions<'a> {
     pub starts: usize,
     /// Seed of the random starting points.
     pub seed: u64,
-    /// Loss function of the residuals divided by the given noise. If no noise is given, only least squares is allowed.
+    /// Loss function, applied to the residuals divided by the given noise. If no noise is given, only least squares is
+    /// allowed.
     pub loss: Loss,
     /// Whether to compute confidence intervals by profile likelihood. This takes about ten fits per parameter.
     pub profile: bool,
@@ -98,7 +99,7 @@ pub enum Outcome {
     DoesNotFit,
     MaxIterations,
     Interrupted,
-    /// The scene could not be computed at parameters that promised smaller costs, or had no usable derivatives.
+    /// The scene could not be computed, or had no usable derivatives, at parameters with a smaller predicted cost.
     /// Contains the message.
     Failed(String),
 }
@@ -343,8 +344,8 @@ fn parameters(scene: &Parameterized) -> Result<Vec<Parameter>, InputError> {
     all.collect()
 }
 
-/// A parameter may become negative if the scene accepts its value at minus this multiple of its typical size. A
-/// constant whose lower bound depends on other constants, such as `c01`, stays nonnegative unless its `low` is given.
+/// A parameter may become negative if the scene accepts minus this multiple of the parameter's typical size. A constant
+/// whose lower bound depends on other constants, such as `c01`, stays nonnegative unless its `low` is given.
 const DEFAULT_LOWER_BOUND: f64 = 1e6;
 
 /// Restricts parameters to the range that the scene allows, because an unrestricted search can end at the edge of that

@@ -23,7 +23,7 @@ const FRACTION: f64 = 1.0;
 pub(super) struct Effort {
     /// Lower limit on the relative tolerance of a run.
     pub(super) least_tolerance: f64,
-    /// Computed fraction of the time until the last measurement.
+    /// Duration of a run as a fraction of the time until the last measurement.
     pub(super) part: f64,
 }
 

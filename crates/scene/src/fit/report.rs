@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 use super::{FitResult, LEVEL, Loss, Outcome, Point};
 use crate::sensitivity::Abscissa;
 
-/// A combination of parameters counts as undetermined if a relative change of 1 changes the weighted residuals by fewer
-/// standard deviations than this number.
+/// A combination of parameters counts as undetermined if a relative change of 1 changes the weighted residuals by less
+/// than this number of standard deviations.
 const ONE_DEVIATION: f64 = 1.0;
 /// Ratio of residuals to noise above which the model is considered not to describe the measurements. Smaller ratios may
 /// result from an underestimated noise level.
@@ -85,8 +85,8 @@ impl FitResult {
         self.uncertainty.variance.sqrt()
     }
 
-    /// Returns the directions that the measurements do not determine. Along such a direction, the parameters can change
-    /// by their own size within the noise.
+    /// Returns the directions that the measurements do not determine. Along such a direction, even changes as large as
+    /// the parameters themselves remain within the noise.
     pub fn unknown(&self) -> Vec<&Direction> {
         let noise = match self.noise_is_known {
             true => ONE_DEVIATION,

@@ -13,7 +13,7 @@ use crate::Scene;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Average {
-    /// Group of boundary or elements.
+    /// Group of boundary facets or elements.
     pub group: String,
     /// Quantities to write.
     #[serde(default = "displacement_and_pressure")]

@@ -12,9 +12,10 @@ use crate::scene_file::SceneFile;
 use crate::system::{System, muscle_of};
 use crate::{InputError, Scene};
 
-/// Force of the obstacles on the body, N; undeformed area in contact, m², whose edge is uncertain by about a quarter of a facet;
-/// largest penetration, m; displacement of the first obstacle that moves, m: along its force, along the one axis of its motion
-/// (positive toward the body), or projected on the direction to the body; with `about`, the moment of the force, N·m.
+/// Force of the obstacles on the body, N; undeformed contact area, m² (accurate to about a quarter of a facet along its edge);
+/// largest penetration, m; displacement of the first moving obstacle, m; with `about`, the moment of the force, N·m. The
+/// displacement is measured along the force on the obstacle, along the only axis of its motion (positive toward the body), or
+/// along the direction to the body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Contact {

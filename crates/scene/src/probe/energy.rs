@@ -11,8 +11,8 @@ use crate::Scene;
 use crate::scene_file::Analysis;
 use crate::system::{System, muscle_of};
 
-/// Kinetic energy, elastic energy (with foundations and contacts), work of the loads, dissipation and imbalance, J; in the
-/// plane J/m. In static analyses, the elastic energy only.
+/// Kinetic energy, elastic energy (with foundations and contacts), work of the loads, dissipated energy and imbalance, J
+/// (in 2D, J/m). Static analyses write only the elastic energy.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Energy {}

@@ -1,4 +1,4 @@
-//! Readings of quantities at points. The probes for points, lines and averages share them.
+//! Readings of quantities at points, shared by the probes for points, lines and averages.
 
 use myovib_fem::{Solid, Space};
 use myovib_model::{Measurement, ModelError, Quantity};

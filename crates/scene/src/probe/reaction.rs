@@ -14,7 +14,7 @@ use super::moment::{self, Arms, MOMENT};
 use crate::system::{System, muscle_of};
 use crate::{InputError, Scene};
 
-/// Force of a support on the body, N, in the plane N/m; with `about`, also its moment, N·m, in the plane N.
+/// Force of a support on the body, N (in 2D, N/m); with `about`, also its moment, N·m (in 2D, N).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Reaction {

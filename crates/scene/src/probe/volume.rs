@@ -12,13 +12,14 @@ use crate::scene_file::solid::Axis;
 use crate::system::{System, muscle_of};
 use crate::{InputError, Scene};
 
-/// Volume inside a connected group of the boundary, m³; a cone to the center of the rim closes an opening.
+/// Volume enclosed by a connected boundary group, m³ (in 2D, m²). Each opening is closed by a cone from its rim to the
+/// center of the rim.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Volume {
-    /// Group of the boundary.
+    /// Boundary group.
     pub group: String,
-    /// Normals of the planes of symmetry that hold the rim; `[]` closes openings instead.
+    /// Normals of the symmetry planes that contain the rim; with `[]`, cones close the openings instead.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub symmetry: Option<Vec<Axis>>,
 }

@@ -1,10 +1,10 @@
 //! Assigns peaks to modes by the contributions of the modes to a response.
 //!
-//! A value is the sum of the contributions qᵢ wᵢ of all modes, apart from the contributions of moving supports, which
-//! vary smoothly. The modal coordinates qᵢ are computed from the amplitudes. The factor wᵢ is the value for mode i
-//! alone at its natural frequency. At a resonance, the contribution of the resonant mode as a function of frequency
-//! bends more sharply than all others, even if these are larger. Therefore, a peak belongs to the mode whose
-//! contribution bends most between the frequencies next to the peak.
+//! A value is the sum of the contributions qᵢ wᵢ of all modes, plus contributions of moving supports that vary
+//! smoothly. The modal coordinates qᵢ are computed from the amplitudes. The factor wᵢ is the value for mode i alone at
+//! its natural frequency. At a resonance, the contribution of the resonant mode as a function of frequency bends more
+//! sharply than all others, even if these are larger. Therefore, a peak belongs to the mode whose contribution bends
+//! most between the frequencies next to the peak.
 
 use std::f64::consts::TAU;
 
@@ -36,8 +36,9 @@ pub(super) struct Assignment {
 }
 
 impl Assignment {
-    /// Computes the modes to which peaks up to the frequency `last` (Hz) are assigned. At rest, the modes are computed
-    /// only up to the next one above this frequency, because damping cannot increase the vibrations of higher modes.
+    /// Computes the modes to which peaks up to the frequency `last` (Hz) are assigned. For a body at rest, the
+    /// computation stops at the first mode above this frequency, because damping cannot increase the vibrations of
+    /// higher modes.
     pub(super) fn new(muscle: &Muscle, at: &Equilibrium, last: f64) -> Result<Self, ModelError> {
         let modes = match at.preload_time {
             None => spectrum::up_to(muscle, at, last, MODES)?,
@@ -59,7 +60,7 @@ impl Assignment {
     }
 
     /// Assigns the peaks of a response to modes, given the modal coordinates at the frequencies of the response. The
-    /// values of each mode are read once.
+    /// probes are evaluated once for each mode.
     ///
     /// # Errors
     /// Returns the errors of the probes.

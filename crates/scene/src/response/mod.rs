@@ -32,7 +32,7 @@ use peaks::Maximum;
 pub use peaks::{Peak, PeakMode};
 pub(crate) use values::Values;
 
-/// Amplitudes below this fraction of the largest amplitude of the same kind are rounding errors.
+/// Amplitudes below this fraction of the largest amplitude of the same kind are regarded as rounding errors.
 const ROUNDING: f64 = 1e-10;
 
 /// Harmonic response of a scene at ascending frequencies.

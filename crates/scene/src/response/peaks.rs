@@ -11,7 +11,7 @@ use super::rational::Rational;
 /// Minimum and maximum number of computed frequencies from which a peak is interpolated. Both are odd. An interpolant
 /// through two samples fewer is used for an error estimate.
 const SAMPLES: [usize; 2] = [7, 9];
-/// Maximum relative difference between the peaks of the two interpolants for a peak that counts as resolved.
+/// A peak counts as resolved if the peaks of the two interpolants differ by at most this relative amount.
 const RESOLVED: f64 = 1e-2;
 /// Relative variation up to which an amplitude counts as constant. It covers rounding errors of the solutions and of
 /// the interpolation.

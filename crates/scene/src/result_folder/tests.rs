@@ -133,7 +133,7 @@ fn a_killed_program_leaves_nothing_behind_and_nothing_unknown() {
         let entries = fs::read_dir(folder.path()).unwrap();
         entries.map(|entry| entry.unwrap().file_name().into_string().unwrap())
     };
-    let last = 6; // manifest append, create, write, sync, rename; the folder's sync
+    let last = 6; // append to the manifest, create, write, sync, rename, sync the folder
     let whole = || open(Existing::Add).write("whole", "1").unwrap();
     drop(open(Existing::Refuse));
     let (_, before) = with_disk_that_stops_after(u64::MAX, false, || drop(open(Existing::Add)));

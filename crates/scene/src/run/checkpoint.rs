@@ -22,7 +22,7 @@ use crate::state::State;
 use crate::vtu::NotFinite;
 use crate::{Error, InputError, Scene};
 
-/// State of a run and the amount of output on the disk at that time.
+/// State of a run at a certain time, and the amount of output on the disk at this time.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Checkpoint {
     /// Time (s).

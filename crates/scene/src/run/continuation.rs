@@ -1,4 +1,4 @@
-//! Branches of periodic states along which a number of the scene varies.
+//! Branches of periodic states along which a numeric parameter of the scene varies.
 
 use std::cell::Cell;
 use std::ops::Range;
@@ -22,10 +22,10 @@ use crate::{Error, InputError, Scene};
 /// Name of the file with the table of the curve.
 pub(super) const NAME: &str = "continuation.csv";
 
-/// Number of a scene that varies, and the range over which the branch is followed.
+/// Numeric parameter of a scene that varies, and the range over which the branch is followed.
 pub(super) struct Branch {
     wanted: Continuation,
-    /// Value of the number at the start of the branch.
+    /// Value of the parameter at the start of the branch.
     from: f64,
 }
 
@@ -33,8 +33,8 @@ impl Branch {
     /// Returns the branch that the scene requests, if any.
     ///
     /// # Errors
-    /// Fails if the key does not refer to a number that may vary, if the range is empty, or if the scene at the end of
-    /// the branch is invalid.
+    /// Fails if the key does not refer to a parameter that may vary, if the range is empty, or if the scene at the end
+    /// of the branch is invalid.
     pub(super) fn of(scene: &Scene) -> Result<Option<Self>, Error> {
         let periodic = scene.file.periodic.as_ref();
         let Some(wanted) = periodic.and_then(|periodic| periodic.continuation.clone()) else {
@@ -124,7 +124,7 @@ impl Branch {
         let mut map = |state: &[f64], value: f64| {
             progress.on_progress(&|| format!("periodic: {} = {value:.6}", wanted.parameter));
             let end = || {
-                // Iterations may leave the valid range of the number. Their steps are then shortened.
+                // An iterate may leave the valid range of the parameter. The step is then shortened.
                 let scene = self.at(scene, value).map_err(|error| ModelError::PeriodStopped {
                     t: 0.0,
                     message: error.to_string(),

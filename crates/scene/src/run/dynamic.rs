@@ -176,7 +176,7 @@ impl Driver for Motion<'_> {
         let (mut outputs, of_resumption) = self.outputs(&folder, n_unknowns)?;
         if checkpoint.is_some() {
             for name in AT_THE_END {
-                folder.remove(name)?; // they describe the earlier end
+                folder.remove(name)?; // these files describe the earlier end of the run
             }
         }
         let setup = self.started.elapsed();
@@ -187,7 +187,7 @@ impl Driver for Motion<'_> {
             Some(checkpoint) => ended_at(checkpoint.t, integrator.counts()),
             None => self.integrate(&mut *integrator, &mut outputs)?,
         };
-        let ended = statistics.outcome == Outcome::Finished; // it can still continue to a later end
+        let ended = statistics.outcome == Outcome::Finished; // a finished run may be resumed with a later end time
         let interrupted = statistics.outcome.reason() == Some(EndReason::Interrupted);
         let is_written = outputs.checkpointed == Some(integrator.time()) || at_the_end.is_some();
         if interrupted || (ended && !is_written) {

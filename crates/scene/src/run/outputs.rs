@@ -64,8 +64,8 @@ pub(super) struct Outputs<'a> {
 }
 
 impl Outputs<'_> {
-    /// Writes the outputs of a step. The order matters: a stop condition may shorten the step, rows and fields are
-    /// written for the shortened step, and a checkpoint counts all of these rows and fields.
+    /// Writes the outputs of a step. The order matters: a stop condition may shorten the step; rows and fields are
+    /// written for the shortened step; and a checkpoint counts all of these rows and fields.
     fn observe<P: System>(
         &mut self,
         step: &mut AcceptedStep<'_, P>,

@@ -29,7 +29,7 @@ use crate::{Error, Scene};
 const DEPARTURE: f64 = 1e6;
 /// Maximum number of periods integrated until the motion has left an unstable state.
 const MOST_PERIODS: f64 = 500.0;
-/// Numbers of additional periods to be integrated before successive searches if harmonic balance finds no starting
+/// Numbers of additional periods to integrate before each successive search if harmonic balance finds no starting
 /// state.
 const SETTLING_PERIODS: [usize; 3] = [3, 9, 36];
 

@@ -181,7 +181,7 @@ impl<'a> Starter<'a> {
             let test = ErrorTest::of_states(0, tolerances(self.scene));
             let options = CoupledOptions::of_oscillators(kind).with_steps(wanted.steps);
             let resumed = self.resumed(y.len()..).map(|resumed| Resumed {
-                step: wanted.steps.initial_step, // the last step is the body's
+                step: wanted.steps.initial_step, // the stored step size belongs to the body
                 ..resumed
             });
             self.coupled(dae, (test, options), resumed, &[])
@@ -270,8 +270,8 @@ struct Resumed<'a> {
 }
 
 impl Resumed<'_> {
-    /// Returns y and ẏ from which the system continues. Without a stored history, ẏ is computed again, because the
-    /// derivative of the BDF polynomial is too inaccurate to restart a system of index 3 at order 1.
+    /// Returns the values of y and ẏ from which the system continues. Without a stored history, ẏ is computed again,
+    /// because the derivative of the BDF polynomial is too inaccurate to restart a system of index 3 at order 1.
     fn values<P: Consistent>(&self, dae: &mut P) -> Result<[Vec<f64>; 2], ModelError> {
         match self.has_history {
             true => Ok([self.y.to_vec(), self.y_dot.to_vec()]),

@@ -82,7 +82,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         document["is_continued"] = json!(end.is_continued);
     }
     let volume_note = match outcome.reason() {
-        Some(EndReason::Inverted) => None, // its message says so
+        Some(EndReason::Inverted) => None, // the message already reports the inversion
         _ => volumes.note(&body.muscle, false),
     };
     let is_path = scene.file.loading_path.is_some();
@@ -224,7 +224,7 @@ impl<'a> Recording<'a> {
         let snapshot = dae.snapshot(t, &y, &rest);
         self.volumes.see(t, snapshot.solid, snapshot.displacement);
         if let (Some(series), Some(folder)) = (&mut self.series, &self.folder) {
-            // Load factors may occur more than once on a path with arc-length control or with given loads.
+            // On a path with arc-length control or given loads, a load factor may occur more than once.
             let place = match (is_path, self.has_growing_loads) {
                 (true, true) => state.load,
                 (true, false) => self.states.len() as f64,

@@ -43,7 +43,7 @@ pub(super) fn error_estimate(
         };
         let pairs = at_equal_times(&rows, &looser);
         let estimate = |k: usize| ErrorEstimate::between(pairs.iter().map(|(a, b)| (a[k], b[k])));
-        let columns = names.into_iter().enumerate().skip(1); // the first is the time
+        let columns = names.into_iter().enumerate().skip(1); // the first column is the time
         let columns: Map<String, Value> =
             columns.map(|(k, name)| (name, of_column(&estimate(k)))).collect();
         Ok((probe.name.clone(), Value::Object(columns)))

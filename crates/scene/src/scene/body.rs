@@ -32,8 +32,8 @@ fn and_more(n: usize) -> String {
 }
 
 impl Builder<'_> {
-    /// Creates the body of a scene, if it has one. Rejects a scene that has nothing to compute, or both a body and a
-    /// rod.
+    /// Creates the body of a scene, if it has one. Rejects a scene with nothing to compute and a scene with both a body
+    /// and a rod.
     pub(super) fn body_of(&self) -> Result<Option<Body>, InputError> {
         let body = match (&self.file.mesh, &self.file.solid) {
             (Some(mesh), Some(solid)) => Some(self.body(mesh, solid)?),

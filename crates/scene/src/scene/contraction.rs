@@ -19,8 +19,8 @@ const SAMPLES: [f64; 2] = [1e3, 1e6];
 /// Number of sample times per time scale of the tension.
 const SAMPLES_OF_A_CHANGE: f64 = 4.0;
 
-/// If the ratio of bulk to shear modulus is below this value, a law has no volumetric part. The value allows for a few
-/// rounding errors.
+/// A law whose ratio of bulk to shear modulus is below this value counts as having no volumetric part. The value allows
+/// for a few rounding errors.
 const ISOCHORIC: f64 = 1e-10;
 
 /// Stresses that materials add to their laws.

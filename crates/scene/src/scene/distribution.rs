@@ -103,7 +103,7 @@ impl Builder<'_> {
         Ok(Factor { values, mesh, undefined, path })
     }
 
-    /// Rejects a factor that had a non-finite value.
+    /// Rejects a factor with a non-finite value.
     pub(super) fn finite(&self, factor: Factor<'_>) -> Result<(), InputError> {
         match factor.undefined.into_inner() {
             Some((key, error)) => Err(self.wrong(&key, error)),

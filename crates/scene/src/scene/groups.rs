@@ -8,8 +8,8 @@ use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::group::{Group, Members, Place};
 
-/// A vertex belongs to a box, sphere or plane if it is within this distance, which is a fraction of the mesh's largest
-/// extent. Vertices of generated meshes are on surfaces only up to rounding errors and solver tolerances.
+/// Maximum distance at which a vertex belongs to a box, sphere or plane, relative to the largest extent of the mesh.
+/// Vertices of generated meshes are on surfaces only up to rounding errors and solver tolerances.
 const TOLERANCE: f64 = 1e-6;
 
 /// Members of a group: indices of points or elements, or sorted vertices of facets.

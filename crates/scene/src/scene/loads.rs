@@ -13,7 +13,7 @@ use crate::scene_file::solid::{BodyForce, Traction};
 
 /// Loads, each with the key of its component in the scene.
 type Keyed<L> = Vec<(String, L)>;
-/// Returns the load of unit size along an axis.
+/// Function that returns the load of unit size along an axis.
 type UnitLoad<'a> = dyn Fn(usize) -> Result<Vec<f64>, InputError> + 'a;
 
 /// A load of unit size and the amplitude of its harmonic part.

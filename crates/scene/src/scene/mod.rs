@@ -102,8 +102,8 @@ pub struct Body {
     /// Harmonic parts of the loads in a response.
     pub excitation: Excitation,
     pub formulation: Formulation,
-    /// Keys of the muscle's loads, followed by those of its surface loads and of the forces on obstacles, in the same
-    /// order.
+    /// Keys of the muscle's loads, its surface loads, and the forces on obstacles. The keys have the same order as the
+    /// loads.
     pub(crate) load_keys: Vec<String>,
     pub settings: Settings,
     /// Initial state of the body's motion.

@@ -32,7 +32,7 @@ pub struct DrivenChain {
 }
 
 impl DrivenChain {
-    /// Returns the number of positions, at each of which there is a chain; 1 if no position is given.
+    /// Returns the number of positions, each of which has one chain; 1 if no position is given.
     pub fn n_places(&self) -> usize {
         self.places.len().max(1)
     }

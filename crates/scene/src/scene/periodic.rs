@@ -26,7 +26,7 @@ const GROWTH: f64 = 0.1;
 /// Rounding of a constant load, relative to its maximum.
 const ROUNDING: f64 = 1e-12;
 
-/// Replaces BDF by the default method, because differences of the map over a period require small errors. Returns a note
+/// Replaces BDF by the default method, because finite differences of the period map require small errors. Returns a note
 /// if the method was replaced.
 pub(super) fn without_bdf(wanted: &mut IntegratorSettings) -> Option<String> {
     (wanted.method == IntegratorKind::Bdf).then(|| {
@@ -121,7 +121,7 @@ impl Builder<'_> {
         self.wrong("analysis", error)
     }
 
-    /// Returns the frequency that all periodic loads have, Hz.
+    /// Returns the common frequency (Hz) of all periodic loads.
     fn only_frequency(&self, signals: &[(String, &Signal)]) -> Result<f64, InputError> {
         let frequencies = signals.iter().filter_map(|(_, signal)| signal.frequency());
         let mut frequencies: Vec<f64> = frequencies.collect();
@@ -160,7 +160,7 @@ fn signals<'a>(body: Option<&'a Body>, rod: Option<&'a RodDae>) -> Vec<(String, 
         let mut keys = body.load_keys.clone();
         let motions = std::iter::repeat_n("prescribed_displacement", muscle.prescribed.len());
         keys.extend(motions.map(str::to_owned));
-        // The signals of obstacles and tensions follow.
+        // The remaining signals belong to obstacles and tensions.
         let keys = keys.into_iter().chain(std::iter::repeat("analysis".to_owned()));
         signals.extend(keys.zip(muscle.signals()));
     }

@@ -30,7 +30,7 @@ const LOADS: [&str; 3] = ["traction", "body_force", "point_force"];
 /// Keys that contain the size of a load.
 const SIZES: [&str; 4] = ["x", "y", "z", "value"];
 
-/// Keys of these sections that do not affect an equilibrium, or that are compared by the notes of [`State`] instead.
+/// Keys of these sections that do not affect an equilibrium or that the notes of [`State`] cover.
 const EXCLUDED: [&str; 9] = [
     "allow_inverted",
     "damping",
@@ -74,9 +74,9 @@ impl Builder<'_> {
         self.notes.borrow_mut().push(note);
     }
 
-    /// Adds the differences between the values of both scenes at `path`. The value of the earlier scene is the first
-    /// one. Keys that only one scene has are skipped: they belong to another type or version, and this difference is
-    /// also found.
+    /// Adds the differences between the values of both scenes at `path`. The first value belongs to the earlier scene.
+    /// Keys that only one scene has are skipped, because they belong to another type or version and that difference is
+    /// reported as well.
     fn compare(&self, path: &str, values: [&Value; 2], end: End, found: &mut Vec<String>) {
         if let [Some(then), Some(now)] = values.map(|value| self.signal_of(value, path, end)) {
             let [then, now] = [then.at(end.t).value, now.at(0.0).value];

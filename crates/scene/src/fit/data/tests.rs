@@ -22,8 +22,8 @@ fn read_text(text: &str) -> Result<Vec<Datum>, DataError> {
     read(Path::new("m.csv"), text, &outputs(), RUN)
 }
 
-/// Checks plain tables and PEtab tables that are separated by commas or tabs and contain columns that do not affect the
-/// measurements.
+/// Checks that plain tables and PEtab tables with equal data give equal measurements, even if tabs separate the columns
+/// and some columns have no effect.
 #[test]
 fn equal_tables_of_both_forms_give_equal_measurements() {
     let plain = read_text("t,tip,root,tip.noise\n1,3,4,0.5\n0,1,,\n").unwrap();

@@ -8,10 +8,11 @@ use crate::state::State;
 use crate::{Error, InputError, spacing};
 
 /// Tolerance for the difference between the supports and the initial state, relative to the largest displacement of the
-/// initial state. It allows for rounding errors because the previous run evaluated the signals at another time.
+/// initial state. It allows for rounding errors, which occur because the previous run evaluated the signals at another
+/// time.
 const SUPPORTS_AGREE: f64 = 1e-9;
-/// Penetration of an obstacle into a body at rest, as a fraction of the facet size, below which the penetration is
-/// attributed to rounding errors.
+/// Penetrations of an obstacle into a body at rest below this fraction of the facet size are attributed to rounding
+/// errors.
 const TOUCHING: f64 = 1e-6;
 /// Support motions below this fraction of their maximum count as zero at t = 0. This value allows for rounding errors
 /// and for the slope of a spline through rows of zeros.
