@@ -49,7 +49,7 @@ pub(crate) trait System {
         false
     }
 
-    /// Returns the driving of the network with index `k` if a separately integrated body drives it.
+    /// Returns how a separately integrated body drives the network with index `k`, or `None` if it does not.
     fn driving(&self, _k: usize) -> Option<Driving> {
         None
     }

@@ -136,7 +136,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
     fn unusual_values_are_reported_and_plausible_values_are_not() {
         assert_eq!(found(&[]), Vec::<String>::new());
         for (wrong, right, printed) in [
-            // 1e7 kg and 1e5 kg per meter of thickness.
+            // The masses are 1e7 kg and 1e5 kg per meter of thickness.
             (
                 &["mesh.width=100.0", "mesh.height=100.0"][..],
                 &["mesh.width=10.0", "mesh.height=10.0"][..],
@@ -147,7 +147,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
                 &["mesh.width=99.0", "mesh.height=1e-3", "material[0].density=101.0"],
                 "mesh.scale = 1e-3",
             ),
-            // 2/3 of 1e4 Pa.
+            // The bound is 2/3 of 1e4 Pa.
             (
                 &["solid.bulk_modulus=6.6e3"],
                 &["solid.bulk_modulus=6.7e3"],
@@ -181,7 +181,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
                 &["material[0].density=1.0", "material[0].shear_modulus=80.0", "traction=[]"],
                 "waves of 1 to 10 m/s",
             ),
-            // 5/(2π 8 Hz) = 0.0995 s.
+            // The bound is 5/(2π 8 Hz) = 0.0995 s.
             (
                 &["solid.rayleigh_stiffness=0.1"],
                 &["solid.rayleigh_stiffness=0.099"],
@@ -193,7 +193,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
                 "traction[0].y reaches 26000.000 Pa, 2.6 times",
             ),
             (
-                // One of the 500 periods is sampled within 1e-5 of the amplitude.
+                // In one of the 500 periods, a sample is within 1e-5 of the amplitude.
                 &["traction[0].y={ type = \"sine\", amplitude = 2.6e4, frequency = 500.0 }"],
                 &["traction[0].y={ type = \"sine\", amplitude = 2.4e4, frequency = 500.0 }"],
                 "traction[0].y reaches",
@@ -224,7 +224,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
         assert_eq!(found(&[&short[..], &[step]].concat()), Vec::<String>::new());
     }
 
-    /// Regression: `check` had no objection to a tendon joined to a muscle, on which Newton's method failed.
+    /// Regression: `check` reported nothing for a tendon joined to a muscle, for which Newton's method failed.
     #[test]
     fn stiff_fibers_beside_a_softer_material_are_reported() {
         let group = "group=[{ name = \"tendon\", members = \"elements\", type = \"half-space\", point = [0.5, 0.0], normal = [1.0, 0.0] }]";
@@ -243,7 +243,8 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
         assert!(!is_reported(6e4, 2.7e6));
     }
 
-    /// Checks that a static analysis ignores unusual damping, and an unusual density unless the body has weight.
+    /// Checks that a static analysis ignores unusual damping. It also ignores an unusual density unless the body has
+    /// weight.
     #[test]
     fn unusual_values_without_effect_are_not_reported() {
         let at_rest =
@@ -270,7 +271,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
             ),
         ] {
             for (found, expected) in found.into_iter().zip(expected) {
-                // A few rounding errors of 1e4 Pa.
+                // The tolerance covers a few rounding errors of values of about 1e4 Pa.
                 assert!((found - expected).abs() < 1e-10 * 2e4, "{found} {expected}");
             }
         }

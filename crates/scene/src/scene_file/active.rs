@@ -18,7 +18,8 @@ pub struct Active {
     /// Stress measure of T.
     #[serde(default)]
     pub stress: Stress,
-    /// Factor of a `given` tension at each place, at least 0; each element has the value at its center [default: 1].
+    /// Nonnegative factor of a `given` tension as a function of position, evaluated at the center of each element
+    /// [default: 1].
     pub spatial_factor: Option<SpatialFactor>,
     /// Force–length factor g(λ) [default: 1].
     pub force_length: Option<ForceLength>,
@@ -35,11 +36,12 @@ pub enum Tension {
         /// Tension T ≥ 0, Pa; 0 at t = 0 if the motion starts at rest.
         tension: Function,
     },
-    /// Tension that grows linearly with S = |χ|² of a chain. Chains in elements act on their elements.
+    /// Tension that grows linearly with S = |χ|² of a chain. Chains with `elements` act on the elements in which they
+    /// are located.
     Coherence {
         /// Name of the chain.
         chain: String,
-        /// Tension without coherence or at rest, Pa; nonzero requires a start in equilibrium.
+        /// Tension without coherence or at rest, Pa; a nonzero value requires a start in equilibrium.
         #[serde(default)]
         #[schemars(range(min = 0))]
         at_zero_coherence: f64,
@@ -151,7 +153,8 @@ impl From<&ForceLength> for material::ForceLength {
     }
 }
 
-/// Hill's factor `(1 + s)/(1 - s/a)`, s = λ̇/v_max, for shortening; tends to the plateau for lengthening.
+/// Hill's factor `(1 + s)/(1 - s/a)` with s = λ̇/v_max for shortening; for lengthening, the factor tends to the
+/// plateau.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ForceVelocity {
     /// Shortening rate at zero force, 1/s.

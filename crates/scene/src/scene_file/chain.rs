@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::function::{Function, Shape};
 use super::response::Amplitude;
 
-/// Damped elastic rod of the paper's section 3.1, dimensionless.
+/// Dimensionless damped elastic rod of section 3.1 of the paper.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Rod {
@@ -51,7 +51,7 @@ pub enum RodLoadType {
 }
 
 impl Default for Rod {
-    /// Section 3.1 of the paper.
+    /// Returns the values of section 3.1 of the paper.
     fn default() -> Self {
         Self {
             length: 0.1,
@@ -72,22 +72,23 @@ impl Default for Rod {
     }
 }
 
-/// Van der Pol oscillators (22), (24), driven by the displacement of the body.
+/// Chain of van der Pol oscillators, equations (22) and (24) of the paper, driven by the displacement of the body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Chain {
-    /// Name in output and feedback.
+    /// Name in output files and feedback.
     pub name: String,
     /// Number of oscillators N.
     #[schemars(range(min = 1, max = 1_000_000))]
     pub oscillators: usize,
-    /// Center ω/2π of the natural frequencies without coupling, Hz. A ring in phase has ω² − D ω instead of ω².
+    /// Center ω/2π of the natural frequencies without coupling, Hz. In a ring that oscillates in phase, ω² − D ω
+    /// replaces ω².
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub frequency: f64,
-    /// Half width of the interval of frequencies, Hz.
+    /// Half the width of the frequency interval, Hz.
     #[schemars(range(min = 0))]
     pub frequency_spread: f64,
-    /// Random number generator of the frequencies.
+    /// Random number generator for the frequencies.
     pub generator: Generator,
     /// Seed of the generator.
     pub seed: u32,
@@ -95,14 +96,14 @@ pub struct Chain {
     pub van_der_pol: f64,
     /// Duffing coefficient a, 1/s².
     pub duffing: f64,
-    /// Coupling of neighbors D, 1/s.
+    /// Coupling D of neighbors, 1/s.
     pub coupling: f64,
     /// Connection of the ends.
     pub ends: Ends,
     /// Driven oscillators.
     pub driven: Reach,
-    /// Gain γ of the forcing γ d·u, 1/s² per m. An isolated oscillator follows a harmonic u whose frequency differs
-    /// from its own by Δω if γ |u| exceeds about 4 ω Δω.
+    /// Gain γ of the forcing γ d·u, 1/s² per m. An isolated oscillator follows a harmonic u at a frequency that differs
+    /// from its natural frequency by Δω if γ |u| exceeds about 4 ω Δω.
     pub gain: f64,
     /// Location of the driving displacement: a point, m, or a position on the rod [default: not driven]. Lists,
     /// grids and groups create several chains.
@@ -117,7 +118,7 @@ pub struct Chain {
 }
 
 impl Default for Chain {
-    /// Section 3.1 of the paper with 20 oscillators; γ = 1.
+    /// Returns the values of section 3.1 of the paper with 20 oscillators and γ = 1.
     fn default() -> Self {
         Self {
             name: "chain".to_owned(),
@@ -153,7 +154,7 @@ pub enum Place {
         /// The group.
         elements: String,
     },
-    /// A chain at each vertex of a physical group: of points, of the boundary, or of elements.
+    /// A chain at each vertex of a physical group of points, boundary facets or elements.
     Vertices {
         /// The group.
         vertices: String,
@@ -174,11 +175,11 @@ pub enum Place {
     Position(f64),
 }
 
-/// Direction: a name, or a vector of any length.
+/// Direction, given by a name or by a vector of any length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Component {
-    /// A coordinate, or along the fiber.
+    /// The direction of a coordinate or of the fibers.
     Named(ComponentName),
     /// A nonzero vector; only its direction matters.
     Along(#[schemars(length(min = 2, max = 3))] Vec<f64>),

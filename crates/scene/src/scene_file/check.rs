@@ -297,7 +297,7 @@ fn common_tag<'s>(alternatives: &[&'s Value]) -> Option<&'s str> {
     alternatives.iter().all(|one| tag_of(one) == Some(tag)).then_some(tag)
 }
 
-/// Rejects a key of another alternative than the chosen `branch`.
+/// Rejects a key that belongs to an alternative other than the chosen `branch`.
 fn expect_own_keys(
     object: &Map<String, Value>,
     tag: &str,

@@ -22,7 +22,7 @@ pub struct Contact {
     /// Force along `direction` that presses the obstacle against the body, N (N/m in the plane), instead of a
     /// displacement. The obstacle has no mass and no friction.
     pub force: Option<Function>,
-    /// Direction of the force, along which the obstacle is free to move, of any length; only with `force`.
+    /// Vector of any length along which `force` acts and the obstacle is free to move; only with `force`.
     #[schemars(length(min = 2, max = 3))]
     pub direction: Option<Vec<f64>>,
     /// Coefficient of friction. It is allowed only in dynamic and quasi-static analyses.
@@ -35,7 +35,8 @@ pub struct Contact {
     /// Method that keeps the body out of the obstacle.
     #[serde(default)]
     pub method: Method,
-    /// Slope of the contact pressure over the penetration, Pa/m [default: 100 times the largest shear modulus at the group over the mean facet size].
+    /// Slope of the contact pressure as a function of the penetration, Pa/m [default: 100 times the largest shear modulus at the group,
+    /// divided by the mean facet size].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub stiffness: Option<f64>,
 }
@@ -44,13 +45,13 @@ pub struct Contact {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// The contact pressure rises with the slope `stiffness`, which is reached at a penetration of a thousandth of the
-    /// facet size.
+    /// The contact pressure rises with the penetration. Its slope reaches `stiffness` at a penetration of a thousandth
+    /// of the facet size.
     #[default]
     Penalty,
     /// Multipliers are updated after each equilibrium until the mean distance from the obstacle, weighted by the
-    /// contact pressure, is at most 1e-4 of the facet size; only in static analyses with given load factors. Within
-    /// this distance, forces depend on the load steps, by up to 1 % where few facets touch. Contacts that converge
+    /// contact pressure, is at most 1e-4 of the facet size; only in static analyses with given load factors. Because of
+    /// this tolerance, forces depend on the load steps, by up to 1 % where few facets touch. Contacts that converge
     /// slowly are up to 64 times stiffer during the updates.
     AugmentedLagrange,
 }
@@ -68,7 +69,7 @@ pub enum Obstacle {
         #[schemars(length(min = 2, max = 3))]
         normal: Vec<f64>,
     },
-    /// Ball, in the plane a disk.
+    /// Ball (in the plane, a disk).
     Sphere {
         /// Center, m.
         #[schemars(length(min = 2, max = 3))]

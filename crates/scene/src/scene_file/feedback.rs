@@ -8,9 +8,9 @@ use super::number::one;
 /// Multiplies all moduli except κ by a factor that changes linearly with S = |χ|² of a chain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Feedback {
-    /// Name of the chain; chains in elements act on their elements.
+    /// Name of the chain. Chains with `elements` act on the elements in which they are located.
     pub chain: String,
-    /// Group of elements [default: all; several feedbacks are blended by inverse squared distance].
+    /// Group of elements [default: all; several feedbacks are averaged with inverse squared distances as weights].
     pub group: Option<String>,
     /// Factor without coherence or at rest.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -25,7 +25,7 @@ pub struct Feedback {
     pub rest_amplitude: f64,
 }
 
-/// A tenth of the limit cycle of a van der Pol oscillator, whose radius is 2.
+/// Returns a tenth of the radius 2 of the limit cycle of a van der Pol oscillator.
 pub(super) fn rest_amplitude() -> f64 {
     0.2
 }

@@ -1,4 +1,4 @@
-//! Functions of time as a scene writes them.
+//! Functions of time in the form in which a scene defines them.
 
 use std::path::PathBuf;
 
@@ -20,9 +20,9 @@ pub enum Function {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Shape {
-    /// Given by a formula.
+    /// Function given by a formula.
     Formula(Formula),
-    /// Composed of a file or of other functions.
+    /// Function read from a file or composed of other functions.
     Composed(Composed),
 }
 
@@ -41,13 +41,13 @@ impl JsonSchema for Shape {
     }
 }
 
-/// Functions of time composed of a file or of other functions.
+/// Functions of time read from a file or composed of other functions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum Composed {
     /// Measured values, interpolated; the times must cover the run.
     Table {
-        /// CSV file with header, relative to the scene.
+        /// CSV file with a header; its path is relative to the scene.
         file: PathBuf,
         /// Column of increasing times, s.
         #[serde(default = "time_column")]
@@ -57,7 +57,8 @@ pub enum Composed {
         /// Interpolation between the rows.
         #[serde(default)]
         interpolation: Interpolation,
-        /// The values are accelerations, m/s², linear between the rows; the function is the displacement from rest at t = 0.
+        /// Whether the values are accelerations, m/s², which vary linearly between the rows; the function is then the
+        /// displacement from rest at t = 0.
         #[serde(default)]
         acceleration: bool,
     },
@@ -79,10 +80,10 @@ pub enum Composed {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Interpolation {
-    /// Straight lines; steps end at each kink. For displacements only in static and quasi-static analyses.
+    /// Piecewise linear; steps end at each kink. For displacements, allowed only in static and quasi-static analyses.
     #[default]
     Linear,
-    /// Monotone cubic: no value beyond the rows.
+    /// Monotone cubic interpolation without overshoot.
     Pchip,
     /// Natural cubic spline; may overshoot.
     Spline,

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Group selected by location (members of the refined mesh with all vertices inside), or combined from groups of the mesh and earlier
-/// `[[group]]` sections.
+/// Group selected by location, or combined from groups of the mesh and of earlier `[[group]]` sections. A location selects the
+/// members of the refined mesh whose vertices are all inside.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Group {
     /// Name of the new group.
@@ -62,7 +62,8 @@ pub enum Place {
         #[schemars(length(min = 2, max = 3))]
         normal: Vec<f64>,
     },
-    /// Side of a line or plane to which the normal points; includes vertices within 1e-6 of the size of the mesh behind it.
+    /// Side of a line or plane to which the normal points, including vertices behind it within 1e-6 of the size of the
+    /// mesh.
     HalfSpace {
         /// Point of the plane, m.
         #[schemars(length(min = 2, max = 3))]
@@ -71,7 +72,7 @@ pub enum Place {
         #[schemars(length(min = 2, max = 3))]
         normal: Vec<f64>,
     },
-    /// Boundary whose outward normal has a direction.
+    /// Boundary facets whose outward normal points in a given direction.
     Direction {
         /// Direction, of any length.
         #[schemars(length(min = 2, max = 3))]
@@ -91,7 +92,7 @@ pub enum Place {
         /// Groups whose members have the type `members`.
         groups: Vec<String>,
     },
-    /// Members of the first group that the other groups do not have.
+    /// Members of the first group that are not in the other groups.
     Difference {
         /// Groups whose members have the type `members`.
         groups: Vec<String>,

@@ -3,15 +3,15 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Scene value to fit or to differentiate with respect to.
+/// Scene value that is fitted, or with respect to which outputs are differentiated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Parameter {
-    /// Key of the value; for `solid.bulk_modulus` the parameter is 1/κ, so that `inf` is 0.
+    /// Key of the value. For `solid.bulk_modulus`, the parameter is 1/κ, which is 0 for `inf`.
     #[schemars(length(min = 1))]
     pub key: String,
     /// Starting value of a fit [default: the value in the scene].
     pub start: Option<f64>,
-    /// Typical size [default: the value]; required if it is 0.
+    /// Typical size; required if the value is 0 [default: the value].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub scale: Option<f64>,
     /// Lower bound of a fit.
@@ -20,7 +20,7 @@ pub struct Parameter {
     pub high: Option<f64>,
 }
 
-/// Measured column of a probe or ratio [default: all, named `PROBE.COLUMN`].
+/// Measured column of a probe or ratio [default: all columns, named `PROBE.COLUMN`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Output {
     /// Column name in the data, or `observableId`.
@@ -30,7 +30,7 @@ pub struct Output {
     pub probe: String,
     /// Column of its table.
     pub column: String,
-    /// Plane shear wave for which the response of the value `column`, such as `"R_x"`, is the complex shear modulus, Pa.
+    /// Plane shear wave whose complex shear modulus, Pa, is the response of the value `column`, such as `"R_x"`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shear_wave: Option<ShearWave>,
     /// Standard deviation of a measurement; the data may override it.

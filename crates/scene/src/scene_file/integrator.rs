@@ -19,7 +19,8 @@ pub struct IntegratorSettings {
     pub atol: Atol,
     /// Tolerances of rod and oscillators.
     pub oscillators: OscillatorTolerances,
-    /// Steps of chains without feedback [default: separate if a body or rod drives them and they are in the error test].
+    /// Time steps of chains without feedback [default: separate if a body or rod drives them and they are in the error
+    /// test].
     pub chains: Option<ChainSteps>,
     /// Local error test.
     pub error_test: ErrorTest,
@@ -30,7 +31,7 @@ pub struct IntegratorSettings {
     /// Adaptive steps.
     #[serde(flatten)]
     pub steps: StepOptions,
-    /// Time between projections, s, which remove the drift of `velocity` (BDF, without chains).
+    /// Time between the projections that remove the drift of `velocity`, s (BDF, without chains).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub projection_interval: Option<f64>,
     /// Maximum number of steps.
@@ -48,8 +49,8 @@ pub struct IntegratorSettings {
 }
 
 impl Default for IntegratorSettings {
-    /// Settings for three digits over many periods. For undamped vibrations, the error of Radau IIA
-    /// is about its tolerance; the error of BDF is 10 to 1000 times its tolerance.
+    /// Returns settings for an accuracy of three digits over many periods. For undamped vibrations, the error of Radau
+    /// IIA is about its tolerance; the error of BDF is 10 to 1000 times its tolerance.
     fn default() -> Self {
         Self {
             method: IntegratorKind::Radau9,
@@ -139,8 +140,8 @@ impl JsonSchema for MaxOrder {
     }
 }
 
-/// Absolute tolerances. The defaults follow from the length L, the shear modulus G, the speed c of shear waves and
-/// a typical strain ε: stress/G of loads, displacement/L of supports.
+/// Absolute tolerances. The defaults follow from the length L, the shear modulus G, the speed c of shear waves and a
+/// typical strain ε, which is stress/G for loads and displacement/L for supports.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Atol {
@@ -169,7 +170,7 @@ pub struct OscillatorTolerances {
     /// Absolute tolerance.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub atol: f64,
-    /// Include oscillators in the error test.
+    /// Whether the error test includes the oscillators.
     pub in_error_test: bool,
 }
 
@@ -179,7 +180,7 @@ impl Default for OscillatorTolerances {
     }
 }
 
-/// Steps of chains without feedback.
+/// Time steps of chains without feedback.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ChainSteps {
@@ -231,7 +232,8 @@ pub enum PrecisionName {
     Auto,
     /// Double precision.
     Double,
-    /// Single precision with iterative refinement; double precision if that does not converge. Saves half the memory.
+    /// Single precision with iterative refinement; double precision if the refinement does not converge. This saves
+    /// half of the memory.
     Mixed,
 }
 

@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 /// Default number of load increments.
 const INCREMENTS: usize = 10;
-/// Default maximum number of steps by arc length.
+/// Default maximum number of arc-length steps.
 const MAX_STEPS: usize = 100;
-/// Default load factor of the first step by arc length.
+/// Default load factor of the first arc-length step.
 const FIRST_LOAD: f64 = 0.1;
 
 /// Loading path of a static analysis. A load factor multiplies the loads at `time.end`.
@@ -17,13 +17,13 @@ pub struct LoadingPath {
     /// Method by which the path is followed.
     #[serde(default)]
     pub method: PathMethod,
-    /// Number of equal load increments [default: 10], or maximum number of steps by arc length [default: 100].
+    /// Number of equal load increments [default: 10], or maximum number of arc-length steps [default: 100].
     #[schemars(range(min = 1, max = 100_000))]
     pub steps: Option<usize>,
-    /// Load factors of the equilibria in their order, instead of `steps`.
+    /// Load factors of the equilibria, in the order in which they are computed; instead of `steps`.
     #[schemars(length(min = 1))]
     pub loads: Option<Vec<f64>>,
-    /// Load factor of the first step by arc length [default: 0.1].
+    /// Load factor of the first arc-length step [default: 0.1].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub first_load: Option<f64>,
 }
@@ -32,12 +32,12 @@ pub struct LoadingPath {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PathMethod {
-    /// Given load factors. A failed step is halved; the path ends at a failed step below 1/512 of the load with a change of
-    /// displacement gradients below 4e-4, or below 2e-9 of the load.
+    /// Given load factors. A failed step is halved. The path ends if a failed step is below 1/512 of the load and changes
+    /// the displacement gradients by less than 4e-4, or if it is below 2e-9 of the load.
     #[default]
     Load,
     /// Steps along the path, past limit points, until the load factor is 1 or -1. The path also ends at a failed step below
-    /// 1/512 of the first one.
+    /// 1/512 of the first step.
     ArcLength,
 }
 

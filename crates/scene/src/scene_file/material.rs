@@ -37,24 +37,24 @@ pub struct Material {
     pub spatial_factor: Option<SpatialFactor>,
     /// Direction of the fibers.
     pub fiber: Option<Direction>,
-    /// Direction of the sheets, made normal to the fibers.
+    /// Direction of the sheets; its component along the fibers is removed.
     pub sheet: Option<Direction>,
     /// Active tension along the fibers.
     pub active: Option<Active>,
-    /// Kelvin–Voigt viscosity η, Pa·s: second Piola–Kirchhoff stress `η Ė`. The usual shear viscosity of small
-    /// strain is η/2.
+    /// Kelvin–Voigt viscosity η, Pa·s, in the second Piola–Kirchhoff stress `η Ė`. The usual small-strain shear
+    /// viscosity is η/2.
     #[schemars(range(min = 0))]
     pub viscosity: Option<f64>,
     /// Prony series of stress relaxation.
     pub prony: Option<Vec<PronyTerm>>,
-    /// Springpot (fractional damping) of a response.
+    /// Springpot (fractional damping) for a response.
     pub springpot: Option<Springpot>,
-    /// Bulk modulus κ, Pa [default: `solid.bulk_modulus`]; `inf` in one requires `inf` in all.
+    /// Bulk modulus κ, Pa [default: `solid.bulk_modulus`]; `inf` in one material requires `inf` in all.
     pub bulk_modulus: Option<BulkModulus>,
     /// Mass-proportional damping α, 1/s [default: `solid.rayleigh_mass`].
     #[schemars(range(min = 0))]
     pub rayleigh_mass: Option<f64>,
-    /// Stiffness-proportional damping β, s [default: `solid.rayleigh_stiffness`]; 0 in one requires 0 in all.
+    /// Stiffness-proportional damping β, s [default: `solid.rayleigh_stiffness`]; 0 in one material requires 0 in all.
     #[schemars(range(min = 0))]
     pub rayleigh_stiffness: Option<f64>,
     /// The material law.
@@ -73,14 +73,14 @@ impl Material {
     /// Returns the law with its stress multiplied by `stress_scale`.
     ///
     /// # Errors
-    /// A constant that is no longer finite.
+    /// Fails if a constant is no longer finite.
     pub(crate) fn stiffened(&self) -> Result<myovib_fem::Law, FemError> {
         let law = self.law.law.scaled(self.stress_scale);
         law.check().map(|()| law)
     }
 }
 
-/// Adds a stress H with `Ḣ + H/τ = g Ṡ`, S the stress of the law without pressure, which is the long-term stress.
+/// Adds a stress H with `Ḣ + H/τ = g Ṡ`, where S is the stress of the law without pressure (the long-term stress).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PronyTerm {
@@ -128,7 +128,7 @@ pub enum Direction {
 pub struct LawConstants {
     /// The law.
     pub law: myovib_fem::Law,
-    /// Whether it is written as `neo-hooke`.
+    /// Whether the scene uses the name `neo-hooke`.
     is_neo_hooke: bool,
 }
 
@@ -185,7 +185,7 @@ pub(crate) fn law_constant(law: &str, name: &str) -> Option<&'static Parameter> 
     constants.iter().find(|constant| constant.name == name)
 }
 
-/// Law as text.
+/// Law as a scene stores it: its name and its constants.
 #[derive(Serialize, Deserialize)]
 struct Written {
     law: String,
@@ -292,7 +292,7 @@ mod tests {
                 material.stiffened().unwrap().energy3(strain, axes)
             };
             let (plain, stiff) = (energy(1.0), energy(3.0));
-            // A few terms with one rounding error each.
+            // The tolerance covers a few terms with one rounding error each.
             assert!(
                 plain > 0.0 && (stiff - 3.0 * plain).abs() < 1e-14 * stiff,
                 "{}: {plain:e} {stiff:e}",

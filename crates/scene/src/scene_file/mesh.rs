@@ -39,12 +39,12 @@ pub enum MeshSource {
     Muscle,
     /// `muscle` with a structured grid.
     Spindle {
-        /// Cells along (multiple of 10) and across (even).
+        /// Cells along the spindle (multiple of 10) and across it (even).
         #[serde(default = "spindle_cells")]
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 2],
     },
-    /// Corner at (0, 0). Groups: `left`, `right`, `bottom`, `top`, `body`.
+    /// Rectangle with a corner at (0, 0). Groups: `left`, `right`, `bottom`, `top`, `body`.
     Rectangle {
         /// Width, m.
         #[schemars(extend("exclusiveMinimum" = 0))]
@@ -74,7 +74,7 @@ pub enum MeshSource {
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 2],
     },
-    /// Corner at (0, 0, 0). Groups: `left`, `right` (x), `front`, `back` (y), `bottom`, `top` (z), `body`.
+    /// Box with a corner at (0, 0, 0). Groups: `left`, `right` (x), `front`, `back` (y), `bottom`, `top` (z), `body`.
     Box {
         /// Edge lengths, m.
         size: [f64; 3],
@@ -85,7 +85,7 @@ pub enum MeshSource {
     /// Spindle in space with tendons and the nodal field `fiber`. Groups: `fixed` (both ends), `left`, `right`,
     /// `surface`, `load` (middle of the top), `muscle`, `tendon`, `origin`.
     Muscle3d {
-        /// Cells along (multiple of 10) and across (even).
+        /// Cells along the spindle (multiple of 10) and across it (even).
         #[serde(default = "muscle_cells")]
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 3],
@@ -116,7 +116,7 @@ fn muscle_cells() -> [usize; 3] {
     [20, 4, 4]
 }
 
-/// Ellipse or ellipsoid; elements with their centroid inside form a group.
+/// Ellipse or ellipsoid. The elements whose centroid is inside form a group.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Region {
     /// Name of the new group.

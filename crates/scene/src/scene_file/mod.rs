@@ -1,9 +1,9 @@
 //! Scene files: TOML text, its schema, and errors with the location of the mistake.
 //!
-//! [`read`] takes a file through four steps: TOML to a tree that records the location of each
-//! value (`source`), `--set` overrides, validation against the JSON Schema derived from the types
-//! (`check`, [`schema`]), and deserialization into [`SceneFile`]. Checks that need the mesh follow
-//! later, in `scene`; they report locations through the same [`Source`].
+//! [`read`] processes a file in four steps: TOML to a tree that records the location of each value (`source`), `--set`
+//! overrides, validation against the JSON Schema derived from the types (`check`, [`schema`]), and deserialization into
+//! [`SceneFile`]. Checks that need the mesh follow later, in `scene`; they report locations through the same
+//! [`Source`].
 //!
 //! The root type is [`SceneFile`]; its parts are in [`function`], [`mesh`], [`solid`],
 //! [`material`], [`chain`], [`integrator`] and [`output`]. [`Source`] holds text and locations.
@@ -80,7 +80,7 @@ pub struct SceneFile {
     /// Elliptical regions that become element groups.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub region: Vec<Region>,
-    /// Groups selected by position or direction, in addition to those of the mesh.
+    /// Groups selected by position or direction, in addition to the groups of the mesh.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub group: Vec<Group>,
     /// Compressibility, damping and formulation of the body; required with `mesh`.
@@ -142,7 +142,7 @@ pub struct SceneFile {
     pub stop: Vec<Stop>,
     /// Interval of checkpoints, from which a killed run resumes.
     pub checkpoint: Option<Checkpoint>,
-    /// Loading path of a static analysis [default: the equilibrium under all loads alone].
+    /// Loading path of a static analysis [default: only the equilibrium under all loads].
     #[serde(rename = "static")]
     pub loading_path: Option<LoadingPath>,
     /// Number and preload of eigenmodes.
@@ -210,7 +210,7 @@ pub struct Modes {
     #[serde(default = "count")]
     #[schemars(range(min = 1, max = 100_000))]
     pub count: usize,
-    /// Time, s, of the preload [default: rest, without loads].
+    /// Time at which the preload is evaluated, s [default: rest, without loads].
     #[schemars(range(min = 0))]
     pub preload_time: Option<f64>,
 }
@@ -232,9 +232,9 @@ pub struct Read {
 /// to `--set`.
 ///
 /// # Errors
-/// [`InputError`] with file, line, column, a snippet, and the expected value.
+/// Returns an [`InputError`] with the file, the line, the column, a snippet, and the expected value.
 pub fn read(name: &str, text: &str, overrides: &[String]) -> Result<Read, InputError> {
-    // Sweeps and curves of periodic states read their scene for each value.
+    // The schema is cached because sweeps and curves of periodic states read their scene for each value.
     static SCHEMA: LazyLock<Schema> = LazyLock::new(schema);
     let mut source = Source::parse(name, text)?;
     for assignment in overrides {
@@ -249,7 +249,7 @@ pub fn read(name: &str, text: &str, overrides: &[String]) -> Result<Read, InputE
     Ok(Read { scene, source })
 }
 
-/// Returns the error of the first material whose constants do not fit together, with the location of the constant that the
+/// Returns the error of the first material whose constants are inconsistent, with the location of the constant that the
 /// error names.
 fn invalid_law(source: &Source) -> Option<InputError> {
     let materials = source.value().get("material")?.as_array()?;

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Returns the default of factors.
+/// Returns the default value of factors.
 pub(super) fn one() -> f64 {
     1.0
 }

@@ -9,7 +9,7 @@ use crate::probe::ProbeKind;
 /// Values over time in the CSV file `NAME.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Probe {
-    /// Name of probe and file.
+    /// Name of the probe and of its file.
     #[schemars(length(min = 1), regex(pattern = r"^[A-Za-z0-9_-]+$"))]
     pub name: String,
     /// Time between rows, s.
@@ -60,7 +60,7 @@ pub enum Stop {
         #[schemars(extend("exclusiveMinimum" = 0))]
         above: f64,
     },
-    /// The volume ratio det F is too small anywhere.
+    /// The volume ratio det F is too small at some point.
     Volume {
         /// Lower bound.
         #[schemars(range(min = 0), extend("exclusiveMaximum" = 1))]

@@ -10,8 +10,8 @@ use super::check::written;
 use super::schema;
 use sections::{parts, sections};
 
-/// Definitions used by many keys: name, type shown in the list of keys, and title. The sections precede them in the
-/// reference.
+/// Definitions used by many keys: name, type shown in the list of keys, and title. In the reference, these definitions
+/// follow the sections.
 const SHARED: &[[&str; 3]] = &[
     ["Function", "function", "Functions of time"],
     ["SpatialFactor", "factor", "Spatial factors"],

@@ -56,7 +56,7 @@ const KEYS: &[(&str, &str)] = &[
 /// Keys whose unit changed as well.
 const UNITS: &[(&str, &str)] = &[("chain.half_width", " in Hz: divide rad/s by 2π")];
 
-/// Old values: the keys with new names, the old value and the new value.
+/// Old values: the keys under their new names, the old value and the new value.
 const VALUES: &[(&str, &str, &str)] = &[
     ("initial_state.type", "run", "restart"),
     ("integrator.method", "radau", "radau5"),
@@ -68,10 +68,10 @@ const VALUES: &[(&str, &str, &str)] = &[
     ("integrator.error_test.exclude", "multiplier", "p_rate"),
 ];
 
-/// Rejects old names, all at once.
+/// Rejects all old names in one error.
 ///
 /// # Errors
-/// [`InputError`] with the location and the new name of each.
+/// Returns an [`InputError`] with the location and the new name of each old name.
 pub(super) fn check(source: &Source) -> Result<(), InputError> {
     let mut found = Vec::new();
     collect(source, source.value(), "", &mut found);
@@ -185,7 +185,7 @@ mod tests {
         assert!(error.contains(set), "{error}");
     }
 
-    /// Checks that no old key is a key of the schema, and that each new key is one.
+    /// Checks that no old key is a key of the schema, and that all new keys are.
     #[test]
     fn the_table_leads_from_unknown_to_known_keys() {
         let text = schema().to_value().to_string();

@@ -11,10 +11,11 @@ use crate::spacing;
 pub struct Response {
     /// Frequencies, Hz: numbers, or `"1..60:120"`, `"1..60:120:log"`, `"1..60:adaptive"`.
     pub frequencies: Frequencies,
-    /// Time, s, of the preload [default: rest, without loads].
+    /// Time at which the preload is evaluated, s [default: rest, without loads].
     #[schemars(range(min = 0))]
     pub preload_time: Option<f64>,
-    /// Frequencies, Hz, of the complex fields of displacement and pressure, which are listed in `amplitudes.pvd`.
+    /// Frequencies at which complex fields of displacement and pressure are written, Hz. The fields are listed in
+    /// `amplitudes.pvd`.
     #[serde(default)]
     pub fields: Vec<f64>,
     /// Ratios of two values, such as transmissibility, impedance or apparent mass.
@@ -22,7 +23,7 @@ pub struct Response {
     pub ratio: Vec<Ratio>,
 }
 
-/// Ratio of the complex amplitudes of two values. Its table is `NAME.csv`, its value `NAME`.
+/// Ratio of the complex amplitudes of two values. Its table is `NAME.csv`; the value in this table is `NAME`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ratio {
@@ -53,7 +54,7 @@ impl Frequencies {
     /// Returns the frequencies in ascending order, or the reason why they are invalid.
     ///
     /// # Errors
-    /// The text is neither a range nor a list of numbers, or a frequency is negative.
+    /// Fails if the text is neither a range nor a list of numbers, or if a frequency is negative.
     pub fn grid(&self) -> Result<Grid, &'static str> {
         let mut values = match self {
             Self::List(values) => values.clone(),
@@ -140,7 +141,7 @@ pub struct Amplitudes {
     pub y: Option<f64>,
     /// Amplitude, in the unit of the load.
     pub z: Option<f64>,
-    /// Phase, degrees; positive leads.
+    /// Phase, degrees; a positive phase leads.
     #[serde(default)]
     pub phase: f64,
 }
@@ -151,7 +152,7 @@ pub struct Amplitudes {
 pub struct Amplitude {
     /// Amplitude, in the unit of the load.
     pub value: f64,
-    /// Phase, degrees; positive leads.
+    /// Phase, degrees; a positive phase leads.
     #[serde(default)]
     pub phase: f64,
 }

@@ -11,9 +11,9 @@ use super::response::Amplitudes;
 /// Compressibility, damping and formulation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Solid {
-    /// Bulk modulus κ, Pa; `inf`: incompressible.
+    /// Bulk modulus κ, Pa; `inf` for an incompressible body.
     pub bulk_modulus: BulkModulus,
-    /// Volumetric energy, for laws without their own.
+    /// Volumetric energy of laws that do not define their own.
     #[serde(default)]
     pub volumetric_energy: VolumetricEnergy,
     /// Mass-proportional damping α, 1/s.
@@ -26,7 +26,7 @@ pub struct Solid {
     pub rayleigh_stiffness: f64,
     /// Form of the equations [default: implicit-rate if β > 0, else position, or velocity if κ = inf].
     pub formulation: Option<Formulation>,
-    /// Accept equilibria and motions with inverted elements.
+    /// Whether equilibria and motions with inverted elements are accepted.
     #[serde(default)]
     pub allow_inverted: bool,
 }
@@ -90,17 +90,17 @@ pub enum Axis {
 /// Group whose nodes do not move.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Fixed {
-    /// Group of points, boundary or elements.
+    /// Group of points, boundary facets or elements.
     pub group: String,
     /// Fixed components [default: all].
     #[schemars(length(min = 1))]
     pub components: Option<Vec<Axis>>,
 }
 
-/// Displacement of a group; other components are free. Displacements of one group add up.
+/// Prescribed displacement of a group. Components that are not given are free. Displacements of the same group add up.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PrescribedDisplacement {
-    /// Group of points, boundary or elements.
+    /// Group of points, boundary facets or elements.
     pub group: String,
     /// Displacement, m.
     pub x: Option<Function>,
@@ -110,7 +110,7 @@ pub struct PrescribedDisplacement {
     pub z: Option<Function>,
     /// Rotation of the group as a rigid body.
     pub rotation: Option<Rotation>,
-    /// Harmonic motion in a response, m; fixed in other analyses.
+    /// Harmonic motion in a response, m; in other analyses, its components are fixed.
     pub response: Option<Amplitudes>,
     /// Factor of the displacement, evaluated at the nodes [default: 1].
     pub spatial_factor: Option<SpatialFactor>,
@@ -143,7 +143,7 @@ pub struct Traction {
     pub z: Option<Function>,
     /// Harmonic part in a response, Pa.
     pub response: Option<Amplitudes>,
-    /// Factor, exact up to degree 3 [default: 1].
+    /// Spatial factor, integrated exactly up to degree 3 [default: 1].
     pub spatial_factor: Option<SpatialFactor>,
 }
 
@@ -180,7 +180,7 @@ pub enum SpatialFactor {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NodalFactor {
-    /// Field (`$NodeData`) with one value, or one per component.
+    /// Name of the field (`$NodeData`), with one value per node or one per component.
     pub field: String,
 }
 
@@ -226,7 +226,7 @@ pub enum Direction {
     /// All directions.
     #[default]
     All,
-    /// Normal of the undeformed boundary; the body can slide.
+    /// Normal of the undeformed boundary; the body can slide along the boundary.
     Normal,
 }
 
@@ -243,6 +243,6 @@ pub struct BodyForce {
     pub z: Option<Function>,
     /// Harmonic part in a response, m/s².
     pub response: Option<Amplitudes>,
-    /// Factor, exact up to degree 4 [default: 1].
+    /// Spatial factor, integrated exactly up to degree 4 [default: 1].
     pub spatial_factor: Option<SpatialFactor>,
 }

@@ -32,7 +32,7 @@ impl Source {
     /// Parses TOML; `name` is the name of the file in messages.
     ///
     /// # Errors
-    /// [`InputError`] with line and column for invalid TOML.
+    /// Returns an [`InputError`] with line and column for invalid TOML.
     pub fn parse(name: &str, text: &str) -> Result<Self, InputError> {
         let mut source = Self {
             name: name.to_owned(),
@@ -79,13 +79,14 @@ impl Source {
         &self.text
     }
 
-    /// Applies an override `key=value`: `solid.bulk_modulus=inf`, `material.0.c10=2e4`.
+    /// Applies an override `key=value`, such as `solid.bulk_modulus=inf` or `material.0.c10=2e4`.
     ///
     /// The value is TOML. Invalid TOML is treated as text, so that names need no quotes, unless it begins like a list,
     /// a table or a quoted string. Without a value, the key is removed and its default applies.
     ///
     /// # Errors
-    /// [`InputError`] without `=`, for an invalid list or table, or for a path through a value other than a table or list.
+    /// Returns an [`InputError`] if `=` is missing, if a list or table is invalid, or if the path leads through a value
+    /// that is neither a table nor a list.
     pub fn assign(&mut self, assignment: &str) -> Result<(), InputError> {
         let place = format!("--set {assignment}");
         let parts = assignment.split_once('=');
@@ -205,8 +206,8 @@ impl Source {
         }
     }
 
-    /// Converts a value without locations for its parts. `place` returns its location. It counts
-    /// lines, so it is called only for messages.
+    /// Converts a value whose parts have no locations. `place` returns the location of the value. It counts lines and
+    /// is therefore called only for messages.
     fn convert(
         &self,
         value: &DeValue<'_>,
@@ -257,8 +258,7 @@ fn without_null(value: &mut Value) {
     }
 }
 
-/// Returns the member or entry `key` of `value` with its path. A missing member is created, but not
-/// a missing list.
+/// Returns the member or entry `key` of `value` with its path. A missing member is created; a missing list is not.
 fn descend<'v>(value: &'v mut Value, key: &str, path: &str) -> Option<(&'v mut Value, String)> {
     match value {
         Value::Array(entries) => {

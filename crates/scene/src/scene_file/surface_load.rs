@@ -14,24 +14,24 @@ use super::response::Amplitude;
 pub struct SurfaceLoad<'a> {
     /// Group of edges or faces.
     pub group: &'a str,
-    /// Size.
+    /// Size of the load.
     pub value: &'a Function,
     /// Harmonic part of the size in a response.
     pub response: Option<Amplitude>,
-    /// Creates the operator of size 1.
+    /// Kind of the load, which creates the operator of size 1.
     pub(crate) kind: &'a dyn SurfaceLoadKind,
 }
 
-/// Kind of loads on the deformed boundary.
+/// Kind of load on the deformed boundary.
 pub(crate) trait SurfaceLoadKind {
     /// Creates the operator of size 1.
     ///
     /// # Errors
-    /// [`FemError`] for a group that contains no parts of the boundary.
+    /// Returns a [`FemError`] if the group contains no parts of the boundary.
     fn operator(&self, solid: &Solid) -> Result<Arc<dyn SurfaceOperator>, FemError>;
 }
 
-/// Defines [`SurfaceLoads`] from a list of files, which are also the keys, their types, and the descriptions of the keys.
+/// Defines [`SurfaceLoads`] from a list of file names (which are also the keys), types, and descriptions of the keys.
 macro_rules! surface_loads {
     ($($key:ident $kind:ident $about:literal)+) => {
         $(mod $key; pub use $key::$kind;)+

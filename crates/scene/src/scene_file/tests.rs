@@ -8,7 +8,7 @@ fn the_scene_of_init_is_read_and_keeps_its_values() {
     let read = read("scene.toml", MINIMAL, &[]).unwrap();
     let solid = read.scene.solid.as_ref().unwrap();
     assert_eq!((solid.bulk_modulus.0, solid.rayleigh_stiffness), (1e5, 1e-4));
-    // The copy of the scene in run.json is equivalent to it and can be run.
+    // The copy in run.json is equivalent to the scene and can be run.
     let echo = serde_json::to_value(&read.scene).unwrap();
     assert_eq!(SceneFile::deserialize(&echo).unwrap(), read.scene);
 }
@@ -23,14 +23,14 @@ fn infinity_may_be_a_number_or_a_word_and_is_a_word_in_json() {
     }
 }
 
-/// Regression: after a tab, the marks were beside the value.
+/// Regression: if a tab preceded a value, the marks were not below the value.
 #[test]
 fn marks_are_below_a_value_after_tabs() {
     let text = MINIMAL.replace("bulk_modulus = 1e5", "\tbulk_modulus\t=\t-7e5");
     let message = read("scene.toml", &text, &[]).unwrap_err().to_string();
     let lines: Vec<&str> = message.lines().collect();
     let marks = lines.iter().position(|line| line.contains('^')).unwrap();
-    // Both lines have the same tabs, each at the same position, whatever its width.
+    // Both lines have tabs at the same positions, so they are aligned for any tab width.
     let before = |line: &str, end: &str| -> Vec<bool> {
         line[..line.find(end).unwrap()].chars().map(|c| c == '\t').collect()
     };
@@ -144,7 +144,7 @@ fn wrong_overrides_are_explained() {
     }
 }
 
-/// Regression: an incomplete table or list was used as a text, and refused as a value of the wrong kind.
+/// Regression: an incomplete table or list was treated as text and rejected as a value of the wrong kind.
 #[test]
 fn overrides_that_are_no_toml_show_the_error_of_the_parser() {
     for value in ["[1, 2", "{ type = \"sine\" amplitude = 1 }", "{ value = 1, value = 2 }", "\"a"] {

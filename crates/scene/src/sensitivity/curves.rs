@@ -98,7 +98,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Returns the column names. These are the values in a motion, or the parts of the complex values in a response.
+    /// Returns the column names: one per value for a motion, or one per part of each complex value for a response.
     fn column_names(&self, is_response: bool) -> Vec<String> {
         match is_response {
             true => self.complex_names().iter().flat_map(|name| Part::columns(name)).collect(),
@@ -125,7 +125,7 @@ impl<'a> Source<'a> {
 }
 
 /// Returns the outputs of a scene: its `[[output]]` entries or, without such entries, all columns of its probes and
-/// ratios. If a scene has outputs for motions and for responses, only those for its analysis are returned.
+/// ratios. If a scene has outputs for motions and for responses, only the outputs for its analysis are returned.
 ///
 /// # Errors
 /// Fails if a probe, ratio or column is unknown, if a probe accumulates over time, or if a name is used twice.
@@ -350,7 +350,7 @@ fn inverted_at_vertices(system: &mut dyn System, t: f64, y: &[f64]) -> Result<()
 }
 
 /// Advances a motion over the ascending `times`. Calls `at` with each time and with the nearest time within the last
-/// step. These two times differ only at the ends of the run, by rounding errors.
+/// step. The two times may differ by rounding errors at the ends of the run.
 ///
 /// # Errors
 /// Fails if the integration stops before the last time, or if `at` fails.

@@ -11,7 +11,7 @@ use crate::scene_file::identification::Parameter;
 use crate::scene_file::material::law_constant;
 use crate::scene_file::surface_load::SurfaceLoads;
 
-/// How the equations depend on a parameter.
+/// Dependence of the equations on a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Influence {
     /// The parameter is 1/κ.

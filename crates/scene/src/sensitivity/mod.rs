@@ -39,7 +39,7 @@ pub struct Curves {
     pub abscissa: Abscissa,
     pub parameters: Vec<String>,
     pub outputs: Vec<String>,
-    /// Typical sizes p̄ of the parameters. Derivatives are multiplied by them so that they can be compared.
+    /// Typical sizes p̄ of the parameters. Derivatives are multiplied by these sizes to make them comparable.
     pub scales: Vec<f64>,
     pub samples: Vec<Sample>,
     /// Work of the run.

@@ -136,7 +136,7 @@ impl At<'_> {
         let other = |value| Ok(self.neighbor(j, value)?.muscle);
         let dependence = if known.is_affine(formulation) {
             let neighbor = |next: f64| Ok::<_, Error>((other(next)?, next - value));
-            // Other constants of the law may bound a modulus from above.
+            // Other constants of the law may impose an upper bound on a modulus.
             let (muscle, difference) =
                 neighbor(value + known.scale).or_else(|_| neighbor(value - 0.5 * known.scale))?;
             Dependence::affine(parameter, formulation, muscle, difference)

@@ -16,7 +16,7 @@ use crate::{Error, InputError};
 const STEP: f64 = 1e-3;
 
 impl At<'_> {
-    /// Rejects parameters if changing them would load a body at rest at t = 0.
+    /// Rejects parameters whose changes would load a body that is at rest at t = 0.
     fn expect_rest(&self) -> Result<(), Error> {
         for (j, (known, &value)) in self.scene.parameters.iter().zip(self.values).enumerate() {
             if known.affects_loads() {

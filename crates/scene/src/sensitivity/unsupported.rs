@@ -94,8 +94,8 @@ pub fn unsupported(scene: &Scene) -> Option<(Unsupported, String)> {
         (Unsupported::Stop, key(!file.stop.is_empty(), "stop")),
         (Unsupported::AugmentedLagrange, contact(is_augmented, ".method")),
     ];
-    // A static analysis uses the loads at only one time, so jumps have no effect. Its contacts are supported, because
-    // bodies at neighboring values recompute their default contact stiffness.
+    // A static analysis uses the loads at only one time, so jumps have no effect. Contacts are supported in static
+    // analyses because bodies at neighboring values recompute their default contact stiffness.
     let values = serde_json::to_value(file).unwrap_or_default();
     let of_motions = [
         (Unsupported::ObstacleForce, contact(|own| own.force.is_some(), ".force")),

@@ -1,5 +1,5 @@
-//! Tests of sweeps killed while they compute cases again. The next sweep must compute these cases and remove temporary
-//! files.
+//! Tests of sweeps that are killed while they recompute cases. The next sweep must compute these cases and remove
+//! temporary files.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -50,7 +50,7 @@ fn files(folder: &Path) -> BTreeMap<String, String> {
     all
 }
 
-/// Regression: a case that was killed while it was computed again counted as done, and its temporary file remained.
+/// Regression: a case whose recomputation was killed counted as done, and its temporary file remained.
 #[test]
 fn a_sweep_killed_while_it_replaces_results_is_completed() {
     let folder = tempfile::tempdir().unwrap();

@@ -120,7 +120,7 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
         Cases::None => &all[..],
         _ => wanted,
     };
-    // An error that does not depend on the varied values is already found in the first case.
+    // An error that does not depend on the varied values occurs already in the first case.
     let scene = read(&options.scene, &options.set, &requested[0])?;
     if options.from_neighbor {
         run::expect_one_equilibrium(&scene).map_err(|error| error.at("--from-neighbor"))?;

@@ -132,7 +132,7 @@ mod tests {
         let text = floats("u", &["x", "y"], 2, values.into_iter());
         assert_eq!(read_field(&text, "u").unwrap(), values);
         assert!(read_field(&text, "v").is_none());
-        // Names come from scenes.
+        // Names come from scenes and may contain any characters.
         let name = "coherence_a\"<b>&\u{1b}";
         let text = floats(name, &[], 1, values.into_iter());
         assert!(text.contains("Name=\"coherence_a&quot;&lt;b&gt;&amp;\\u{1b}\""), "{text}");

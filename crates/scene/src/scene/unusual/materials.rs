@@ -21,8 +21,8 @@ const SOFTEST: f64 = 50.0;
 /// material with a ratio above 5 would flow.
 const MOST_LOSS: f64 = 5.0;
 
-/// Jump of the fiber stiffness at the stretch 1, relative to the shear modulus, above which it is reported. A published
-/// tendon, for which Newton's method failed, has 2500.
+/// Largest jump of the fiber stiffness at the stretch 1, relative to the shear modulus, that is not reported. The jump
+/// of a published tendon, for which Newton's method failed, is 2500.
 const LARGEST_JUMP: f64 = 100.0;
 
 pub(super) struct Part {

@@ -83,7 +83,7 @@ pub(in crate::scene_file) fn written(x: f64) -> String {
 
 pub(super) fn wrong_kind(value: &Value, expected: &str, schema: &Value, path: &str) -> Problem {
     let (problem, found) = match value.as_str() {
-        // The user writes `inf`, which our JSON tree cannot contain.
+        // The user writes `inf`, which JSON cannot contain.
         Some("inf") => ("must be finite", "inf".to_owned()),
         _ => {
             ("has a value of the wrong type", format!("{}: {value}", with_article(kind_of(value))))
