@@ -14,7 +14,7 @@ use myovib_sparse::{Factorization, Kind, Scalar, SparseError, SparseOptions};
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
-/// Numbers of analyses of patterns, factorizations and solves.
+/// Numbers of symbolic analyses, factorizations and solves.
 #[derive(Debug, Default)]
 struct Counts([AtomicUsize; 3]);
 
@@ -126,8 +126,9 @@ denominator = "tip.v_y"
 frequencies = "1..60:adaptive"
 "#;
 
-/// The pattern is analyzed once for all frequencies, and each frequency costs a factorization and a solve. The modes of the
-/// peaks cost the same real factorizations and solves for any number of frequencies and peaks.
+/// Checks that the pattern is analyzed once for all frequencies, and that each frequency costs one factorization and one
+/// solve. The modes of the peaks cost the same number of real factorizations and solves for any number of frequencies and
+/// peaks.
 #[test]
 fn a_response_analyzes_once_and_factorizes_once_for_each_frequency() {
     let counting = Counting::default();

@@ -1,5 +1,5 @@
-//! Contraction, viscosity, foundations and constants by material. Scenes must agree with the
-//! library, and errors must name the key.
+//! Contraction, viscosity, foundations and constants per material. Scenes must agree with the library, and errors must
+//! name the key.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod refusals;
@@ -19,7 +19,7 @@ use myovib_scene::Scene;
 use myovib_scene::run::{RunOptions, compute};
 use serde_json::Value;
 
-/// Muscle defined through the library, with all features that a material may add, on an elastic foundation.
+/// Scene with all features that a material may add to its law, on an elastic foundation.
 const MUSCLE: &str = r#"
 [time]
 end = 0.02
@@ -80,7 +80,7 @@ fn members(mesh: &Mesh, name: &str) -> Vec<usize> {
     }
 }
 
-/// Builds the same body by direct calls of the library.
+/// Builds the same body by calling the library directly.
 fn by_hand() -> Muscle {
     let mesh = generate::muscle([10, 2, 2]).unwrap();
     let [muscle, tendon] = ["muscle", "tendon"].map(|name| members(&mesh, name));
@@ -186,7 +186,7 @@ fn a_scene_without_contraction_skips_its_evaluation() {
     assert!(columns.starts_with("t,u_x,u_y,u_z,tension,stress_xx,"));
     // s³ (6 s² - 15 s + 10) at s = 0.02/0.05.
     assert!((last[4] / (8e3 * 0.317_44) - 1.0).abs() < 1e-12, "{last:?}");
-    // The change of energy equals the work of tension, damping and foundations, to the tolerance.
+    // Up to the tolerance, the change of energy equals the work of tension, damping and foundations.
     let energy: Vec<f64> = serde_json::from_value(document["energy"].clone()).unwrap();
     assert!(energy[4].abs() < 1e-3 * energy[2].abs(), "{energy:?}");
 
@@ -204,7 +204,7 @@ fn a_scene_without_contraction_skips_its_evaluation() {
     assert!(passes(&document)[0] > 0);
     assert_eq!(work(&document), [0; 8], "{EXTRAS:?}");
 
-    // A fiber law in one of the materials: the counter only includes this material.
+    // Only one of the materials has a fiber law, and the counter includes only this material.
     let (isotropic, fibrous) = (
         "law = \"mooney-rivlin\"\ndensity = 1.2e3\nc10 = 5e4",
         "law = \"guccione\"\ndensity = 1.2e3\nc = 1e4\nb_f = 8.0\nb_t = 2.0\nb_fs = 4.0",
@@ -273,7 +273,7 @@ fn stress_relaxes_by_the_prony_terms_of_a_material() {
     }
 }
 
-/// Checks that Bestel's tension is rejected in a static analysis: it is 0 there, so that there would be no contraction.
+/// Checks that Bestel's tension is rejected in a static analysis, where it is 0 and would cause no contraction.
 #[test]
 fn equilibria_reject_bestels_tension() {
     let text = MUSCLE.replacen("[time]\nend = 0.02", "analysis = \"static\"", 1);
@@ -298,7 +298,7 @@ fn a_motion_starts_without_tension() {
     assert!(!out.exists());
 }
 
-/// A block whose tension is given by `active` in the material and its copy.
+/// Returns the final displacement of the tip of a block with the given `materials`.
 fn contracted(materials: &str) -> [f64; 3] {
     let text = format!(
         r#"
@@ -335,8 +335,8 @@ quantities = ["u"]
     values[values.len() - 3..].try_into().unwrap()
 }
 
-/// A tension with a factor of 1 or 3, depending on x, equals the product. Pressures may jump between materials, so both
-/// bodies have the same materials.
+/// Checks that a tension with a spatial factor of 1 or 3 equals the product of tension and factor. Pressures may jump
+/// between materials, so both bodies have the same materials.
 #[test]
 fn a_spatial_factor_scales_the_tension_of_each_element() {
     let material = |group: &str, tension: f64, factor: &str| {
@@ -352,7 +352,7 @@ fn a_spatial_factor_scales_the_tension_of_each_element() {
     let [one, two] = [both(1e3, factor), both(3e3, "")].map(|materials| contracted(&materials));
     assert!(two[0] < -1e-4, "{two:?}");
     for (one, two) in one.iter().zip(two) {
-        // Newton's method ends at corrections of 1e-10 of the displacement or less.
+        // Newton's method stops if a correction is at most 1e-10 of the displacement.
         assert!((one - two).abs() < 1e-9 * two.abs(), "{one} {two}");
     }
 }

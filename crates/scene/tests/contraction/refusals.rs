@@ -95,8 +95,8 @@ fn invalid_contractions_are_rejected_with_their_key() {
     }
 }
 
-/// Checks a negative tension for a short time that equidistant samples would miss: the distances of a table's rows from
-/// this time double from row to row.
+/// Checks a tension that is negative for a time so short that equidistant samples would miss it: the distances of a
+/// table's rows from this time double from row to row.
 #[test]
 fn a_table_that_pushes_for_a_moment_is_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -120,7 +120,7 @@ fn a_table_that_pushes_for_a_moment_is_refused() {
     assert!(message.contains("tension") && message.contains("t = 0.01001"), "{message}");
 }
 
-/// The terms of a twitch cancel at its end except for rounding, which must not count as a negative tension.
+/// Checks that rounding errors at the end of a twitch, where its terms cancel, do not count as a negative tension.
 #[test]
 fn a_twitch_of_two_steps_is_accepted() {
     let given = "{ type = \"step\", value = 8e3, rise = 0.05 }";

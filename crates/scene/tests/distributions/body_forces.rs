@@ -9,7 +9,7 @@ use myovib_model::statics::equilibrium;
 
 use crate::common::{BLOCK, SHEET, assert_close, moments, scene, text};
 
-/// Checks 2 (1 + 3 y) m/s² along z with a density of 1e3 kg/m³, at half of the ramp.
+/// Checks the acceleration 2 (1 + 3 y) m/s² along z with a density of 1e3 kg/m³, at half of the ramp.
 #[test]
 fn a_linear_body_force_in_space_has_the_resultant_and_moments_of_its_integral() {
     let force = "[[body_force]]\nz = { type = \"ramp\", value = 2.0, end = 2.0 }\n\
@@ -19,14 +19,14 @@ fn a_linear_body_force_in_space_has_the_resultant_and_moments_of_its_integral() 
         let (moments, resultant) = moments(&scene, t);
         assert_eq!(resultant[..2], [0.0, 0.0]);
         assert_close(resultant[2], part * 1e4, 2e4);
-        // The integrals of x f_z, y f_z and z f_z over a box of 2 m by 1 m by 1 m.
+        // The expected values are the integrals of x f_z, y f_z and z f_z over a box of 2 m by 1 m by 1 m.
         for (i, expected) in [1e4, 6e3, 5e3].into_iter().enumerate() {
             assert_close(moments[i][2], part * expected, 2e4);
         }
     }
 }
 
-/// Checks (y, x y) m/s² with a density of 1e3 kg/m³.
+/// Checks the acceleration (y, x y) m/s² with a density of 1e3 kg/m³.
 #[test]
 fn a_body_force_in_the_plane_has_the_resultant_and_moment_of_its_integral() {
     let forces = "[[body_force]]\nx = 1.0\nspatial_factor = \"y\"\n\
@@ -34,7 +34,7 @@ fn a_body_force_in_the_plane_has_the_resultant_and_moment_of_its_integral() {
     let (moments, resultant) = moments(&scene(&text(SHEET, "left", forces), Path::new("")), 0.0);
     assert_close(resultant[0], 1e3, 2e3);
     assert_close(resultant[1], 1e3, 2e3);
-    // The integral of x F_y - y F_x, which is ∫ x² y - ∫ y² over 2 m by 1 m.
+    // The expected value is the integral of x F_y - y F_x, which is ∫ x² y - ∫ y² over 2 m by 1 m.
     assert_close(moments[0][1] - moments[1][0], 1e3 * (4.0 - 2.0) / 3.0, 2e3);
 }
 
@@ -55,7 +55,7 @@ fn a_body_force_is_asked_for_in_its_group_only() {
         materials.concat()
     );
     let (_, resultant) = moments(&scene(&text, Path::new("")), 0.0);
-    // ∫ x from 1 to 2.
+    // The expected value is ∫ x dx from 1 to 2.
     assert_close(resultant[0], 1.5e3, 3e3);
 }
 

@@ -1,11 +1,11 @@
-//! Helpers of the tests: scenes, their nodal forces, mesh files with nodal data.
+//! Helpers of the tests: scenes, their nodal forces, and mesh files with nodal data.
 
 use std::fs;
 use std::path::Path;
 
 use myovib_scene::Scene;
 
-/// Returns the scene of a body held at a group (if its name is not empty), with further tables.
+/// Returns the scene of a body held at a group (if its name is not empty), with additional tables.
 pub(crate) fn text(mesh: &str, held: &str, tables: &str) -> String {
     let fixed = match held {
         "" => String::new(),

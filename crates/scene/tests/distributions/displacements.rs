@@ -21,8 +21,7 @@ fn prescribed(scene: &Scene, t: f64) -> Vec<(usize, f64)> {
     all.map(|it| (it.component, it.signal.at(t).value)).collect()
 }
 
-/// Checks a patch test at finite strains: sides with common edges and corners, all moved by the
-/// same affine field.
+/// Checks a patch test at finite strains: the same affine field moves all sides, which share edges and corners.
 #[test]
 fn affine_motion_of_the_boundary_moves_the_inside_by_the_same_field() {
     let sides = ["left", "right", "bottom", "top", "front", "back"];
@@ -92,8 +91,7 @@ fn displacements_of_one_group_add_up() {
         };
         let (sine, step) = (value(sine), value(step));
         let all = prescribed(&turned, t);
-        // The face has nine nodes, three with y = 0 and three with z = 0. One node has both and is
-        // held.
+        // The face has nine nodes, three with y = 0 and three with z = 0. One node belongs to both sets and is held.
         assert_eq!(all.len(), 2 * 8);
         for (component, found) in all {
             let place = space.node_point(component / 3);
@@ -101,7 +99,7 @@ fn displacements_of_one_group_add_up() {
                 1 => -place[2] * sine - place[1] * step,
                 _ => place[1] * sine - place[2] * step,
             };
-            // Two rounding errors of numbers below one.
+            // The tolerance covers two rounding errors of numbers below one.
             assert!((found - expected).abs() < 1e-15, "{found} {expected}");
         }
     }

@@ -57,7 +57,7 @@ fn nodal_data_give_the_modulus() {
     let by_field = of("1.0", "spatial_factor = { field = \"c10\" }");
     let by_expression = of("1e4", "spatial_factor = \"1 + 3*x\"");
     let uniform = of("1e4", "");
-    // Tolerance of the equilibrium.
+    // This is the tolerance of the equilibrium.
     for (a, b) in by_field.iter().zip(&by_expression) {
         assert!((a - b).abs() < 1e-9 * by_field[2].abs(), "{by_field:?} {by_expression:?}");
     }

@@ -5,7 +5,8 @@ use std::path::Path;
 use crate::common::{BLOCK, SHEET, assert_close, moments, refusal, scene, text};
 use crate::materials::end;
 
-/// Checks that Σ F_j is the force, and Σ x_i F_j the force times the position, because shape functions interpolate x.
+/// Checks that Σ F_j is the force and that Σ x_i F_j is the force times the position, because shape functions
+/// interpolate x.
 #[test]
 fn point_forces_have_their_resultant_and_moments() {
     let force = [3.0, -2.0, 5.0];
@@ -41,7 +42,7 @@ fn point_forces_are_reciprocal() {
         end(&text, Path::new(""))[2]
     };
     let (one, other) = (displacement(places[0], places[1]), displacement(places[1], places[0]));
-    // Rounding of a linear solution.
+    // The tolerance covers the rounding errors of a linear solution.
     assert!(one > 0.0 && (one - other).abs() < 1e-10 * one, "{one} {other}");
 }
 

@@ -16,7 +16,7 @@ fn a_linear_traction_in_space_has_the_resultant_and_moments_of_its_integral() {
         let (moments, resultant) = moments(&scene, t);
         assert_eq!(resultant[..2], [0.0, 0.0]);
         assert_close(resultant[2], part * 250.0, 500.0);
-        // The integrals of x t_z, y t_z and z t_z over the unit square.
+        // The expected values are the integrals of x t_z, y t_z and z t_z over the unit square.
         for (i, expected) in [500.0, 150.0, 125.0].into_iter().enumerate() {
             assert_close(moments[i][2], part * expected, 500.0);
         }
@@ -31,6 +31,6 @@ fn a_linear_traction_in_the_plane_has_the_resultant_and_moment_of_its_integral()
     let (moments, resultant) = moments(&scene(&text, Path::new("")), 0.0);
     assert_close(resultant[0], 5.0, 20.0);
     assert_close(resultant[1], 10.0, 20.0);
-    // The integral of x F_y - y F_x, which is 2 ∫ 20 y - ∫ 10 y².
+    // The expected value is the integral of x F_y - y F_x, which is 2 ∫ 20 y - ∫ 10 y².
     assert_close(moments[0][1] - moments[1][0], 20.0 - 10.0 / 3.0, 20.0);
 }

@@ -88,8 +88,8 @@ fn invalid_keys_of_parameters_are_refused_with_their_place() {
     }
 }
 
-/// Checks starts whose derivatives are not available. For finite κ the given initial velocity is used unchanged; for κ
-/// = inf it is projected onto velocities without volume change.
+/// Checks initial states whose derivatives are not available. For finite κ the given initial velocity is used
+/// unchanged; for κ = inf it is projected onto velocities without volume change.
 #[test]
 fn starts_without_derivatives_are_rejected_with_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
@@ -138,7 +138,7 @@ fn parameters_that_end_the_rest_at_the_start_are_refused() {
     assert!(it.dependences(&it.values()).is_ok());
 }
 
-/// Checks errors about features that sensitivities do not support, with their places.
+/// Checks errors about features that sensitivities do not support, and their locations.
 #[test]
 fn features_without_sensitivities_are_refused() {
     let jump = |start: &str| {
@@ -198,7 +198,7 @@ fn error_of_fit(data: &str, more: &[&str], change: impl FnOnce(&mut FitOptions<'
     error
 }
 
-/// Checks errors about wrong input, with the place of the mistake.
+/// Checks errors about invalid input, and their locations.
 #[test]
 fn wrong_data_bounds_and_starts_are_refused_with_their_place() {
     let good = "t,origin.u_y\n0.005,0\n0.01,0\n0.02,0\n";

@@ -112,8 +112,8 @@ fn each_chain_has_separate_parameters() {
     expect_sharp(&keys, sharpness);
 }
 
-/// Checks oscillators at rest: modulus and argument of an order parameter are not differentiable with respect to their
-/// position, so the table has no entry there, and sums over time exclude it.
+/// Checks oscillators at rest: modulus and argument of an order parameter are then not differentiable with respect to
+/// the positions. The table has no entry at such times, and sums over time exclude them.
 #[test]
 fn an_order_parameter_at_rest_has_no_derivative() {
     let folder = tempfile::tempdir().unwrap();

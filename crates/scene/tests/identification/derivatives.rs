@@ -65,8 +65,8 @@ fn moved(it: &Parameterized, j: usize, value: f64) -> Muscle {
     muscle
 }
 
-/// Compares the derivatives for every parameter, formulation and kind of κ with finite differences
-/// whose steps are shorter than those of the program.
+/// Compares the derivatives for every parameter, formulation and kind of κ with finite differences whose steps are
+/// shorter than the steps of the program.
 #[test]
 fn residuals_have_the_derivatives_of_their_differences() {
     let folder = tempfile::tempdir().unwrap();
@@ -110,7 +110,7 @@ fn residuals_agree(
             dae.residual(t, &y, &y_dot, &mut residual).unwrap();
             residual
         };
-        // One-sided near 0, because 1/κ and β are not negative.
+        // The difference is one-sided near 0, because 1/κ and β cannot be negative.
         let delta = 1e-4 * if value == 0.0 { parameter.scale } else { value };
         let below = if value == 0.0 { value } else { value - delta };
         let (high, low) = (residual(value + delta), residual(below));
@@ -134,7 +134,7 @@ fn residuals_agree(
     it.parameters.iter().enumerate().map(of_parameter).collect()
 }
 
-/// Checks the constants of relaxation, the stiffness of a region, and the breaks of a load during its rise at the time
+/// Checks the constants of relaxation, the stiffness of a region, and the breaks of a load that is rising at the time
 /// of the comparison.
 #[test]
 fn relaxation_stiffness_and_breaks_have_their_derivatives_in_all_formulations() {
@@ -216,7 +216,7 @@ fn outputs_have_the_derivatives_of_differences_of_runs() {
     outputs_agree(&keys, "", &["traction[0].y.shift=1"]);
 }
 
-/// Checks a step whose breaks are within the run.
+/// Checks a step function whose breaks are within the run.
 #[test]
 fn outputs_have_the_derivatives_by_the_breaks_of_a_load() {
     let keys = ["traction[1].y.start", "traction[1].y.rise", "material[0].stress_scale"];
@@ -347,6 +347,6 @@ fn runs_with_sensitivities_take_the_steps_of_the_plain_run() {
     let plain = run(Dependences::default());
     assert_eq!(run(it.dependences(&it.values()).unwrap()), plain);
     println!("{} steps, {} factorizations", plain.1, plain.2);
-    // Three a set-up.
+    // With three factorizations per step, no Jacobian would be reused.
     assert!(plain.2 < 3 * plain.1, "no Jacobian is kept");
 }

@@ -9,7 +9,7 @@ use myovib_scene::watch::ProgressSink;
 use crate::fits::{fitted, measure};
 use crate::{SMALL, scene};
 
-/// Records the unconditional progress lines.
+/// Sink that records the unconditional progress lines.
 #[derive(Default)]
 struct RecordedNotes(Mutex<Vec<String>>);
 
@@ -67,8 +67,8 @@ fn a_parameter_without_effect_is_marked() {
     assert_eq!(reported, ["profile 1 of 2, about ten fits each: material[0].c10"]);
 }
 
-/// Checks a damping whose confidence interval extends below zero, which no scene allows. With and without the bound 0,
-/// the interval is marked and the profile is open on that side.
+/// Checks a damping whose confidence interval extends below zero, to values that no scene allows. With and without the
+/// bound 0, the interval is marked and the profile is open on that side.
 #[test]
 fn an_interval_that_passes_a_bound_is_marked_whether_or_not_the_scene_names_the_bound() {
     for bound in ["", "low = 0.0\n"] {

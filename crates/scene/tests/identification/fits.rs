@@ -180,7 +180,7 @@ fn a_model_far_above_the_noise_does_not_fit_with_any_loss() {
     }
 }
 
-/// Checks a fit of a constant tension; the motion starts from the equilibrium under it.
+/// Checks a fit of a constant tension; the motion starts from the equilibrium under this tension.
 #[test]
 fn a_constant_tension_is_found() {
     let folder = tempfile::tempdir().unwrap();
@@ -203,7 +203,7 @@ fn a_constant_tension_is_found() {
     assert!(low < 2e3 && 2e3 < high, "{low} {high}");
 }
 
-/// Checks an undetermined combination: at small strains only the sum of c10 and c01 has an effect.
+/// Checks an undetermined combination: at small strains, only the sum of c10 and c01 has an effect.
 #[test]
 fn undetermined_combinations_are_returned() {
     let folder = tempfile::tempdir().unwrap();
@@ -225,13 +225,13 @@ fn undetermined_combinations_are_returned() {
     assert!((change[0] / change[1] + 1.0).abs() < 0.05, "{change:?}");
     let words = result.in_words(unknown[0]);
     assert!(words.contains("c10") && words.contains("c01"), "{words}");
-    // Their sum is known.
+    // Only their sum is determined.
     let sum = result.fit.values[0] + result.fit.values[1];
     assert!((sum / 1.5e4 - 1.0).abs() < 0.05, "{sum}");
 }
 
-/// Checks an outlier: one of forty measurements has an error of a hundred standard deviations. It shifts the result
-/// with squares, but not with robust losses.
+/// Checks an outlier: one of forty measurements has an error of a hundred standard deviations. It shifts the result of
+/// least squares, but not the results with robust losses.
 #[test]
 fn robust_losses_pass_over_an_outlier() {
     let folder = tempfile::tempdir().unwrap();
@@ -251,7 +251,8 @@ fn robust_losses_pass_over_an_outlier() {
     let off = |loss| {
         let result = fit(path.clone(), data.clone(), &more[1..], loss);
         assert!(result.fit.is_converged(), "{}", result.ending());
-        // Least squares fail because of the outlier, which is named; the other losses are the remedy.
+        // Least squares fail because of the outlier, which is reported as the largest residual; the other losses are
+        // the remedy.
         let fails = loss == Loss::Squares;
         assert_eq!(result.needs_robust_loss(), fails, "{loss:?}");
         assert_eq!(result.outcome() == Outcome::DoesNotFit, fails, "{loss:?}");
@@ -264,7 +265,8 @@ fn robust_losses_pass_over_an_outlier() {
     // The influence of the outlier is 100 σ with squares, and 1.345 σ and 2.385²/100 σ with the other losses.
     assert!(huber < 0.05 * squares, "{huber:e} {squares:e}");
     assert!(cauchy < 0.05 * squares, "{cauchy:e} {squares:e}");
-    // The loss of 1e6 standard deviations exceeds the limit also with a robust loss, which is then not the remedy.
+    // The loss of an error of 1e6 standard deviations exceeds the limit even with a robust loss, which is then not the
+    // remedy.
     write(1e6);
     let result = fit(path, data.clone(), &more[1..], Loss::Huber(1.345));
     assert!(result.does_not_fit() && !result.needs_robust_loss(), "{:?}", result.outcome());
@@ -298,7 +300,7 @@ const SIX: [(&str, f64); 6] = [
     ("traction[0].y.amplitude", 100.0),
 ];
 
-/// Returns the true value of the parameter, which is 1/κ for κ.
+/// Returns the true value of the parameter, which is 1/κ for the bulk modulus κ.
 fn of_parameter((key, value): (&str, f64)) -> f64 {
     if key == "solid.bulk_modulus" { 1.0 / value } else { value }
 }

@@ -110,10 +110,10 @@ fn sensitivities_of_a_muscle_of_index_3_err_by_ten_tolerances_down_to_1e_8() {
 }
 
 /// A load with a kink at the start excites undamped waves of all frequencies. Steps do not resolve waves below the
-/// tolerance; the error of u is a few tenths of it. The error of the derivative with respect to the stiffness is about
-/// ωt/2 times as large, because the derivative of a wave grows with ωt/2. More accurate linear solves do not change
-/// these digits. Without sensitivities in the error test, the errors of orders 5, 9 and 13 are 31, 8 and 8 tolerances
-/// at 1e-7, and 156, 42 and 14 tolerances at 1e-8, where the error of u is at most one tolerance.
+/// tolerance; the error of u is a few tenths of the tolerance. The error of the derivative with respect to the
+/// stiffness is about ωt/2 times as large, because the derivative of a wave grows with ωt/2. More accurate linear
+/// solves do not change these digits. Without sensitivities in the error test, the errors of orders 5, 9 and 13 are 31,
+/// 8 and 8 tolerances at 1e-7, and 156, 42 and 14 tolerances at 1e-8, where the error of u is at most one tolerance.
 #[test]
 fn undamped_waves_from_a_kink_leave_ten_tolerances_down_to_1e_6() {
     let load = ["traction[0].y.steepness=40"];

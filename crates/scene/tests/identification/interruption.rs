@@ -11,7 +11,8 @@ use myovib_scene::watch::ProgressSink;
 use crate::fits::{fitted, measure};
 use crate::{SMALL, scene};
 
-/// Checks that a fit that ended early, or was killed after any of its evaluations, is resumed as if it had not ended.
+/// Checks that a fit that ended early, or was killed after any of its evaluations, is resumed as if it had never been
+/// interrupted.
 #[test]
 fn a_resumed_fit_is_the_uninterrupted_fit() {
     let folder = tempfile::tempdir().unwrap();
@@ -196,7 +197,7 @@ fn an_interrupted_fit_keeps_its_results() {
     }
     let all = std::fs::read_to_string(&data).unwrap().lines().count() - 1;
     assert!(reached >= all, "{reached} of {all}");
-    // The fit is interrupted in its first profile, and in its second.
+    // The fit is interrupted first in its first profile, then in its second.
     let is_known = |result: FitResult| result.profiles.iter().map(Result::is_ok).collect();
     let profiles: [Vec<bool>; 2] =
         [0, 1].map(|more| is_known(interrupted_after(iterations + more)));

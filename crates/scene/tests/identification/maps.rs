@@ -10,12 +10,12 @@ use crate::derivatives::{CASES, case};
 use crate::{scene, set};
 
 /// Error of forward sensitivities of probes, which are central differences with the step ε^(1/3). Their error is
-/// ε^(2/3) = 4e-11 for values of size 1, and about ten times that if the derivative is ten times smaller than its
+/// ε^(2/3) = 4e-11 for values of size 1, and about ten times as large if the derivative is ten times smaller than its
 /// terms.
 const ROUNDING: f64 = 1e-9;
 
-/// The same error for rates and κ = ∞. Two factorizations that differ by rounding gave up to 5e-10 and 9e-9, for an unknown
-/// reason; other cases changed by less than 1 %. This is ten times the larger.
+/// The same error for rates and κ = ∞. For an unknown reason, two factorizations that differ by rounding errors changed
+/// results by up to 5e-10 and 9e-9; other cases changed by less than 1 %. This value is ten times the larger change.
 const ROUNDING_OF_RATES: f64 = 1e-7;
 
 /// Returns the relative change of each output's RMS per relative change of each parameter, computed with forward

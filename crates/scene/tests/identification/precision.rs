@@ -1,4 +1,4 @@
-//! How well sensitivities are known.
+//! Accuracy of sensitivities.
 
 use myovib_scene::sensitivity::{Parameterized, Precision, Sample, compute};
 use myovib_scene::watch::Watcher;

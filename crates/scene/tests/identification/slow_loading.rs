@@ -15,7 +15,7 @@ use rand::{Rng, SeedableRng};
 
 use crate::options;
 
-/// A block of any law between rough plates, whose distance is reduced by a fifth.
+/// A block with an additional material between rough plates. The distance of the plates is reduced by a fifth.
 const BLOCK: &str = r#"
 [time]
 end = 1.0
@@ -212,7 +212,7 @@ fn contact_forces_have_the_derivatives_of_their_differences() {
     derivatives_are_limits(&scene, 1e-7, run);
 }
 
-/// Checks derivatives of a moment-free clamp and of a displacement with respect to an angle of rotation.
+/// Checks derivatives of a reaction and of a displacement with respect to an angle of rotation.
 #[test]
 fn equilibria_have_derivatives_with_respect_to_an_angle() {
     let folder = tempfile::tempdir().unwrap();
@@ -229,14 +229,15 @@ fn equilibria_have_derivatives_with_respect_to_an_angle() {
         let loads = [0.5, 1.0];
         equilibria(&scene, values, &outputs, &loads, with, Watcher::NOBODY).unwrap().0
     };
-    // As above.
+    // The tolerance has the same origin as above.
     let nonzero = derivatives_are_limits(&scene, 1e-9, run);
     assert_eq!(nonzero, 2 * outputs.len());
 }
 
 const PRONY: &str = "prony = [{ relative_modulus = 0.5, relaxation_time = 0.4 }]";
 
-/// Loading within half a second, and a hold: relaxation without inertia. The slope of the ramp jumps at t = 0 and 0.5 s.
+/// Checks relaxation without inertia: loading within half a second, followed by a hold. The slope of the ramp jumps at t
+/// = 0 and 0.5 s.
 #[test]
 fn quasi_static_motions_have_the_derivatives_of_their_differences() {
     let keys = [

@@ -1,4 +1,4 @@
-//! Compares ∂y_0/∂p with differences of consistent initial values, and checks results that depend on it.
+//! Compares ∂y_0/∂p with differences of consistent initial values, and checks results that depend on this derivative.
 
 use myovib_model::sensitivity::Stencil;
 use myovib_model::{Field, MuscleDae};

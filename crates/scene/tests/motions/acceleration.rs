@@ -24,7 +24,7 @@ fn accelerations_are_rates_of_velocities() {
         assert!(largest > 0.1, "{probe}: {largest}");
         for three in rows.windows(3).skip(10) {
             let slope = (three[2][1] - three[0][1]) / (three[2][0] - three[0][0]);
-            // The error of central differences with an interval of 2 ms, for a motion below 20 Hz: (ω h)²/6 = 3e-3.
+            // For a motion below 20 Hz, central differences with an interval of 2 ms have the error (ω h)²/6 = 3e-3.
             let error = (three[1][3] - slope).abs();
             assert!(error < 1e-2 * largest, "{probe} at {}: {error:e}", three[1][0]);
         }

@@ -72,12 +72,14 @@ fn bodies_are_hit_and_released() {
             assert_eq!(motion.len(), 21);
             let most = energy.iter().fold(0.0, |m: f64, row| m.max(row[1]));
             let imbalance = energy.iter().fold(0.0, |m: f64, row| m.max(row[5].abs()));
-            // At the ends of steps, Radau IIA is more accurate than its error estimate: at most the tolerance of one
-            // step. BDF accumulates the errors of about a hundred steps: at most ten times the tolerance.
+            // At the ends of steps, Radau IIA is more accurate than its error estimate: its error is at most the
+            // tolerance of one step. BDF accumulates the errors of about a hundred steps: at most ten times the
+            // tolerance.
             let allowed = if method.ends_with("bdf") { 10.0 } else { 1.0 };
             assert!(imbalance < allowed * RTOL * most, "{name} {method}: {imbalance:e}");
             if let Some(first) = &first {
-                // Ten tolerances for each run by Radau IIA; BDF accumulates the errors of about a hundred steps.
+                // The error is ten tolerances for each run with Radau IIA; BDF accumulates the errors of about a
+                // hundred steps.
                 let allowed = if method.ends_with("bdf") { 1000.0 } else { 20.0 };
                 let off = apart(first, &motion, 0);
                 assert!(off < allowed * RTOL, "{name} {method}: {off:e}");
@@ -103,13 +105,13 @@ fn the_imbalance_is_the_energy_that_the_integrator_loses() {
             finish(BLOCK, &set, &out);
             let energy = rows(&out, "energy");
             let [work, imbalance] = [3, 5].map(|column| energy.last().unwrap()[column]);
-            // The tolerance of one step, as above.
+            // The bound is the tolerance of one step, as above.
             assert!(imbalance.abs() < rtol * work, "{method} {rtol}: {imbalance:e} {work:e}");
         }
     }
 }
 
-/// Checks that oscillators coupled to a body in both directions restart with it.
+/// Checks that oscillators coupled to a body in both directions restart together with the body.
 #[test]
 fn a_body_with_feedback_is_hit() {
     let folder = tempfile::tempdir().unwrap();
@@ -133,8 +135,8 @@ fn a_body_with_feedback_is_hit() {
         rows(&out, "end")
     });
     let off = apart(&jump, &steep, 0);
-    // On average, the loads act 0.5 µs later. In this time the fastest motion, about 1000 rad/s, completes a fraction
-    // of 5e-4. The second term is ten tolerances.
+    // On average, the loads act 0.5 µs later. In this time, the phase of the fastest motion, about 1000 rad/s, advances
+    // by 5e-4. The second term is ten tolerances.
     assert!(off < 5e-4 + 1e-4, "{off:e}");
 }
 
@@ -198,9 +200,8 @@ fn jumps_of_smooth_quantities_are_rejected_with_their_location() {
     }
 }
 
-/// Checks that a sweep from a frequency to itself is a sine. A sweep from 5 to 15 Hz, which ends
-/// within the run, has balanced energy. Errors about invalid sweeps and groups without enclosed volume name the
-/// key.
+/// Checks that a sweep from a frequency to itself is a sine, and that the energy of a sweep from 5 to 15 Hz, which ends
+/// within the run, is balanced. Errors about invalid sweeps and groups without enclosed volume name the key.
 #[test]
 fn bodies_are_swept() {
     let folder = tempfile::tempdir().unwrap();

@@ -45,7 +45,7 @@ interval = 0.01
 
 const RTOL: f64 = 1e-6;
 
-/// Checks that a body in equilibrium stays at rest, in any formulation, with κ finite and infinite, with both
+/// Checks that a body in equilibrium stays at rest, in any formulation, for finite and infinite κ, and with both
 /// integrators. The start must equal the result of the static scene.
 #[test]
 fn a_body_that_starts_in_equilibrium_stays_there() {
@@ -77,7 +77,7 @@ fn a_body_that_starts_in_equilibrium_stays_there() {
         let sag = at_rest[0][2];
         assert!(sag < -1e-3, "{set:?}: {sag}"); // it bends under its weight by millimeters
         for row in &moving {
-            // The Newton iteration of the static solver ends at a smaller error than the tolerance of a step.
+            // At the end of its Newton iteration, the static solver has a smaller error than the tolerance of a step.
             let off = (row[2] - sag).abs() / sag.abs();
             assert!(off < RTOL, "{set:?}: {off:e} at t = {}", row[0]);
         }
@@ -102,7 +102,7 @@ fn a_body_may_start_with_a_velocity() {
     let elastic = energy.iter().fold(0.0, |m: f64, row| m.max(row[2]));
     assert!(elastic > 0.5 * kinetic, "{elastic}"); // it swings
     for row in &energy {
-        // About a hundred steps, each with an error of the tolerance.
+        // The run takes about a hundred steps, each with an error of about the tolerance.
         assert!(row[5].abs() < 100.0 * RTOL * kinetic, "{row:?}");
     }
 }
@@ -129,8 +129,7 @@ fn a_group_may_start_with_a_velocity() {
     assert!(build(BLOCK, &["body_force=[]", wrong], folder.path()).is_err());
 }
 
-/// Checks that two consecutive runs equal one run within the tolerance, and so does an extended
-/// run.
+/// Checks that two consecutive runs, and also a run that is extended, equal a single run within the tolerance.
 #[test]
 fn a_run_goes_on_from_where_another_ended() {
     let folder = tempfile::tempdir().unwrap();
@@ -165,8 +164,8 @@ fn a_run_goes_on_from_where_another_ended() {
     }
 }
 
-/// Checks that Prony stresses are part of the state from which another run starts. After a static
-/// scene they are relaxed.
+/// Checks that Prony stresses are part of the state from which another run starts. After a static scene, these stresses
+/// are relaxed.
 #[test]
 fn internal_stresses_go_on() {
     let folder = tempfile::tempdir().unwrap();
@@ -180,7 +179,7 @@ fn internal_stresses_go_on() {
     run(BLOCK, &[prony, swing, from, "time.end=0.05"], &place("second"));
     let whole = rows(&place("whole"), "end");
     let off = apart(&whole[5..], &rows(&place("second"), "end"), 1);
-    // As above.
+    // The tolerance has the same origin as above.
     assert!(off < 100.0 * RTOL, "{off:e}");
     // A body with different Prony terms does not use these stresses; a note reports this.
     let more = "material[0].prony=[{ relative_modulus = 0.5, relaxation_time = 0.02 }, { relative_modulus = 0.1, relaxation_time = 1.0 }]";
@@ -291,7 +290,7 @@ fn a_measured_motion_starts_smoothly() {
     assert!((last[2] - own).abs() < 1e-12, "{last:?} instead of {own}");
 }
 
-/// Regression: the nodal force by the acceleration of this support at t = 0, below 1e-5 of later forces, was rejected as a
+/// Regression: the nodal force due to the acceleration of this support at t = 0, below 1e-5 of later forces, was rejected as a
 /// sudden load. Methods and formulations agree within 100 tolerances of Radau IIA: pressures have errors of up to 20 tolerances.
 #[test]
 fn a_support_may_start_with_a_negligible_acceleration() {
@@ -317,8 +316,8 @@ fn a_support_may_start_with_a_negligible_acceleration() {
     }
 }
 
-/// Checks that conditions are met inside a step. The run ends there, and its rows agree with dense
-/// output of an undisturbed run.
+/// Checks that conditions are met inside a step. The run ends there, and its rows agree with the dense output of a run
+/// without the condition.
 #[test]
 fn a_condition_ends_a_run_inside_a_step() {
     let folder = tempfile::tempdir().unwrap();
@@ -416,7 +415,7 @@ fn a_restart_checks_its_state() {
     assert!(restart().is_err(), "the state of another run");
 }
 
-/// Regression: an equilibrium rejected the sections of a motion.
+/// Regression: a static scene was rejected if it had sections for motions.
 #[test]
 fn sections_of_other_analyses_are_ignored_with_a_note() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,6 +1,5 @@
-//! Readers under mutated input. A seeded random generator damages meshes, scenes and tables.
-//! Readers must accept them, or reject them with a message that names the location. They must not
-//! panic.
+//! Tests of readers with mutated input. A seeded random generator damages meshes, scenes and tables. Readers must
+//! accept them, or reject them with a message that names the location. They must not panic.
 //!
 //! The tests are deterministic and short by default. `MYOVIB_MUTATE_SECONDS=600` continues for this
 //! time with new seeds. A failing input is kept in the temporary folder and named.
@@ -44,7 +43,7 @@ fn run(target: &str, corpus: &[&str], read: impl Fn(&str) + std::panic::RefUnwin
     println!("{target}: {case} mutants");
 }
 
-/// Reads a mesh. Any text must be a mesh, or be rejected with its location.
+/// Reads a mesh. Any text must be accepted as a mesh or rejected with the location of the error.
 fn read_mesh(text: &str) {
     match Mesh::parse_msh(text, "m.msh") {
         Ok(mesh) => assert!(mesh.measure() > 0.0),
@@ -53,7 +52,7 @@ fn read_mesh(text: &str) {
     }
 }
 
-/// Reads a scene. Any text must be a scene, or be rejected with its location.
+/// Reads a scene. Any text must be accepted as a scene or rejected with the location of the error.
 fn read_scene(text: &str) {
     if let Err(error) = Scene::build("s.toml", text, &[], Path::new("")) {
         let message = error.to_string();
@@ -76,8 +75,8 @@ impl TableScene {
             .map_err(|error| error.to_string())
     }
 
-    /// Reads a table. Any bytes must be a table, or be rejected with the location of its name in
-    /// the scene.
+    /// Reads a table. Any bytes must be accepted as a table or rejected with the location of the table's name in the
+    /// scene.
     fn read(&self, table: &[u8]) {
         if let Err(message) = self.build(table) {
             assert!(message.contains("s.toml"), "{message}");
@@ -138,7 +137,7 @@ fn the_fuzzers_corpus_is_read_or_refused_with_its_place() {
     }
 }
 
-/// Findings by mutation and review. Each once panicked or requested unbounded memory.
+/// Regression: each of these inputs, found by mutation or review, panicked or requested unbounded memory.
 #[test]
 fn sizes_beyond_reason_are_refused_before_anything_is_allocated() {
     let huge = usize::MAX / 2;

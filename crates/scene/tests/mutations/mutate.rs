@@ -88,7 +88,7 @@ fn change_number(text: &str, random: &mut impl Rng) -> String {
     format!("{}{nasty}{}", &text[..start], &text[start + length..])
 }
 
-/// Writes an arbitrary byte. Invalid UTF-8 is replaced, as the readers do.
+/// Writes an arbitrary byte. As in the readers, invalid UTF-8 is replaced.
 fn change_byte(text: &str, random: &mut impl Rng) -> String {
     let mut bytes = text.as_bytes().to_vec();
     if !bytes.is_empty() {

@@ -39,8 +39,8 @@ fn adaptive_frequencies_find_the_peaks_of_a_fine_grid() {
         let (found, fine) = (peaks(&found, column), peaks(&fine, column));
         assert_eq!(found.len(), fine.len(), "{column}: {found:?} {fine:?}");
         for (a, b) in found.iter().zip(fine) {
-            // Both are interpolated. The accepted error of an amplitude is 1e-4 with adaptive frequencies and 1e-2 with
-            // the fixed grid.
+            // Both peaks are interpolated. The accepted error of an amplitude is 1e-4 with adaptive frequencies and
+            // 1e-2 with the fixed grid.
             assert!((a.frequency / b.frequency - 1.0).abs() < 1e-4, "{a:?} {b:?}");
             assert!((a.amplitude / b.amplitude - 1.0).abs() < 1e-2, "{a:?} {b:?}");
         }
@@ -70,7 +70,7 @@ fn narrow_peaks_lie_at_the_natural_frequencies() {
     let narrow: Vec<&Peak> = found.peaks.iter().filter(is_narrow).collect();
     assert!(narrow.len() >= modes.len(), "{:?}", found.peaks);
     for peak in narrow {
-        // Regression: 1e-4 of the range was more than the width, and the table had a half of the peak's power.
+        // Regression: 1e-4 of the range exceeded the width of the peak, and the table contained only half of its power.
         let curve = column(&found, "tip", &peak.column);
         let largest = found
             .frequencies
@@ -84,7 +84,7 @@ fn narrow_peaks_lie_at_the_natural_frequencies() {
         let mode = peak.mode.unwrap();
         let width = 2.0 * PI * mode.frequency * damping;
         assert!((peak.frequency / mode.frequency - 1.0).abs() < width, "{peak:?}");
-        // Both are computed to the tolerance of the eigenvalue solver, but with different subspaces.
+        // Both frequencies are computed to the tolerance of the eigenvalue solver, but with different subspaces.
         assert!((mode.frequency / modes[mode.number - 1] - 1.0).abs() < 1e-9, "{peak:?}");
     }
 }
@@ -120,8 +120,8 @@ fn invalid_adaptive_ranges_are_refused() {
     }
 }
 
-/// Regression: the width of the flank between two antiresonances was called a damping ratio of 0.305 at 24.40 Hz, beside a
-/// mode at 23.98 Hz with a damping ratio of 2e-4.
+/// Regression: the width of the flank between two antiresonances was reported as a damping ratio of 0.305 at 24.40 Hz,
+/// next to a mode at 23.98 Hz with a damping ratio of 2e-4.
 #[test]
 fn maxima_that_are_not_resonances_have_no_damping_ratio() {
     let text = beam("1..60:adaptive", 0.0)
@@ -141,8 +141,8 @@ fn maxima_that_are_not_resonances_have_no_damping_ratio() {
         };
         with += 1;
         let mode = &modes[peak.mode.unwrap().number - 1];
-        // Half-power widths equal the modal damping up to the contributions of other modes: a factor of 2.7 at the weakest
-        // peak, beside 160 and more of the maxima between antiresonances (0.04 to 0.33).
+        // Half-power widths equal the modal damping up to the contributions of other modes. These change the width by a
+        // factor of 2.7 at the weakest peak, but by 160 and more at maxima between antiresonances (0.04 to 0.33).
         let modal = mode.damping_ratio.unwrap();
         assert!((0.5..5.0).contains(&(ratio / modal)), "{peak:?} {modal}");
     }

@@ -1,4 +1,4 @@
-//! Peaks belong to modes of the same scene that the drive excites.
+//! Checks that peaks are assigned to modes of the same scene that the drive excites.
 
 use std::path::Path;
 
@@ -24,9 +24,9 @@ fn mode_of<'a>(peak: &Peak, body: &'a BodyModes) -> (&'a Mode, bool) {
     (own, body.modes.iter().all(|other| distance(other) >= distance(own)))
 }
 
-/// Checks the vertical resonances of a layer, also in the reaction and in a ratio. The layer is nearly symmetric, so they belong
-/// to modes that move up and down as a whole, not to shear modes in between. Relaxation with the relative modulus 0.4 raises a
-/// frequency by up to √1.4; viscosity lowers it by 1 to 2 %.
+/// Checks the vertical resonances of a layer, also in the reaction and in a ratio. The layer is nearly symmetric, so the
+/// resonances belong to modes that move up and down as a whole, not to shear modes in between. Relaxation with the relative
+/// modulus 0.4 raises a frequency by up to √1.4; viscosity lowers it by 1 to 2 %.
 ///
 /// Regression: with relaxation, peaks were assigned to the nearest shear modes.
 #[test]

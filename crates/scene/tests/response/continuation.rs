@@ -67,7 +67,7 @@ fn the_resonance_curve_of_a_strip_passes_its_folds() {
     let frequency = format!("traction[0].y.frequency={:?}", last.parameter);
     let alone = found(&[&frequency], tempfile::tempdir().unwrap().path());
     let expected = amplitude(&alone);
-    // Both have a tolerance of 1e-4 of the motion.
+    // Both states have a tolerance of 1e-4 of the motion.
     assert!((last.amplitudes[u_y] - expected).abs() < 1e-3 * expected);
     let table = std::fs::read_to_string(out.path().join("continuation.csv")).unwrap();
     assert_eq!(Table::parse(&table).unwrap().rows.len(), curve.points.len());
@@ -119,7 +119,7 @@ fn a_table_of_the_user_is_found_before_anything_is_written() {
     expect_kept(&built(&set).unwrap(), "continuation.csv");
 }
 
-/// The state and the points so far are kept.
+/// Checks that the state and the points found so far are kept.
 #[test]
 fn a_curve_with_too_many_points_stops() {
     let out = tempfile::tempdir().unwrap();
@@ -135,7 +135,7 @@ fn a_curve_with_too_many_points_stops() {
     assert_eq!(Table::parse(&table).unwrap().rows.len(), 2);
 }
 
-/// An interruption after the second point keeps the state and the points before it.
+/// Checks that an interruption after the second point keeps the state and the points before it.
 #[test]
 fn an_interrupted_curve_keeps_its_points() {
     static INTERRUPT: AtomicBool = AtomicBool::new(false);

@@ -174,8 +174,8 @@ fn derivatives_are_limits_of_differences_of_order_four() {
                     let pairs = rows.iter().zip(&found);
                     largest(&mut pairs.map(|(row, sample)| row[k] - sample.derivatives[j][k]))
                 });
-                // Probe values have errors of 1e-9 of the value. u_x is a thousandth of u_y and has errors of the size
-                // of those of u_y.
+                // Probe values have errors of 1e-9 of the value. u_x is a thousandth of u_y but its errors are as large
+                // as the errors of u_y.
                 let rounding = 2e-6 * size + 1e-9 * value / parameter.scale;
                 assert!(
                     half <= (whole / 10.0).max(rounding) && half <= 1e-5 * size + rounding,
@@ -303,7 +303,7 @@ fn rheometry_without_noise_gives_its_springpot() {
     assert_eq!(found.outcome(), Outcome::Converged);
     assert_eq!(found.abscissas(), [Abscissa::Frequency]);
     for (value, exact) in found.fit.values.iter().zip(TRUE) {
-        // Ten times the tolerance of the fit.
+        // The tolerance is ten times the tolerance of the fit.
         assert!((value / exact - 1.0).abs() < 1e-4, "{value} {exact}");
     }
 }
@@ -421,10 +421,10 @@ fn motions_and_responses_are_fitted_together() {
     assert_eq!(found.abscissas(), [Abscissa::Time, Abscissa::Frequency]);
     assert_eq!(found.points.len(), 6 + motions.len());
     for (value, exact) in found.fit.values.iter().zip([1e3, 20.0]) {
-        // Ten times the tolerance of the fit.
+        // The tolerance is ten times the tolerance of the fit.
         assert!((value / exact - 1.0).abs() < 1e-4, "{value} {exact}");
     }
-    // Twice the shear viscosity of small strain.
+    // The viscosity is twice the small-strain shear viscosity.
     let shear_viscosities = [0, 1].map(|j| found.shear_viscosity(j));
     assert_eq!(shear_viscosities, [None, Some(found.fit.values[1] / 2.0)]);
 }

@@ -27,7 +27,7 @@ mod strip;
 mod unused;
 mod waves;
 
-/// Returns a reference of `data/references`.
+/// Returns a reference result from `data/references`.
 fn reference(name: &str) -> Value {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/references");
     let text = std::fs::read_to_string(folder.join(name)).unwrap();
@@ -63,7 +63,7 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap()
 }
 
-/// Returns the material's lines for a damping of the cases.
+/// Returns the lines for the solid and for the material that define one of the damping cases.
 fn damping(name: &str) -> [&'static str; 2] {
     match name {
         "plain" => ["", ""],

@@ -128,7 +128,8 @@ fn peaks_of_the_stretched_muscle_are_resolved() {
             for (found, key) in
                 [(peak.frequency, "f_hz"), (peak.amplitude, "amplitude"), (quality, "Q_half_power")]
             {
-                // Twice the largest difference found, 1.3e-8; the comment on the test derives this error.
+                // The tolerance is twice the largest observed difference, 1.3e-8. The comment on the test derives this
+                // error.
                 let error = (found / number(&expected[key]) - 1.0).abs();
                 assert!(error < 3e-8, "{name} {key}: {error:e}");
             }

@@ -103,10 +103,10 @@ fn a_body_without_damping_is_noted() {
     }
 }
 
-/// A uniform pressure around an incompressible body changes its internal pressure only. The damping of its vibrations
-/// would not change if it were friction.
+/// A uniform pressure around an incompressible body changes only its internal pressure. If the damping of the
+/// vibrations were due to friction, this pressure would not change it.
 ///
-/// Regression: vibrations that grow had no note, and positive damping ratios in the response.
+/// Regression: growing vibrations caused no note and had positive damping ratios in the response.
 #[test]
 fn vibrations_that_damping_increases_are_noted() {
     const STRIP: &str = "analysis = \"response\"\n[mesh]\ntype = \"rectangle\"\nwidth = 0.1\nheight = 0.02\n\

@@ -13,7 +13,7 @@ use crate::{column, error, number, reference, response, response_of};
 
 const FREQUENCY: f64 = 20.0;
 
-/// Returns a body under a shear traction of this amplitude.
+/// Returns a body under a shear traction of the given amplitude.
 fn body(solid: &str, material: &str, amplitude: f64) -> String {
     format!(
         "[mesh]\ntype = \"rectangle\"\nwidth = 0.05\nheight = 0.02\ncells = [1, 1]\n[solid]\nrayleigh_mass = 100.0\n{solid}\n\
@@ -74,8 +74,8 @@ fn a_small_periodic_motion_is_the_harmonic_response() {
         let expected = -Complex64::I * column(&response(&analysis), "tip", "u_y")[0];
         assert!(error(own, expected) < 1e-6, "{solid}: {own} {expected}");
         assert_eq!(found.is_stable, Some(true));
-        // Harmonic balance finds the state: it needs one integration, the multiplier one for each of at most 16 products and
-        // two for their start, and the probes one.
+        // Harmonic balance finds the state, which needs one integration. The multipliers need two integrations at the start
+        // and one for each of at most 16 products, and the probes need one.
         assert_eq!(found.newton_iterations, 0, "{solid}");
         assert!(found.integrations <= 20, "{solid}: {}", found.integrations);
     }
@@ -135,7 +135,7 @@ fn a_large_periodic_motion_is_the_settled_motion() {
     // If the modulus does not depend on the deformation, the second harmonic along the load vanishes.
     let u = of(&found, "u_x");
     assert!(u.amplitudes[1] > 0.01 * largest);
-    // Multipliers of modes with the damping α: their modulus is e^{−αT/2}, apart from nonlinear effects.
+    // Multipliers of modes with the damping α have the modulus e^{−αT/2}, apart from nonlinear effects.
     let damped = (-0.5 * 100.0 / FREQUENCY).exp();
     assert!((found.spectral_radius.unwrap() / damped - 1.0).abs() < 0.2);
 }
@@ -200,7 +200,7 @@ fn scenes_without_a_period_are_refused_where_the_reason_is() {
     assert!(refused(&energy, &[]).contains("energy"));
 }
 
-/// Without `start_time`, the period begins after the rise of the load. BDF is replaced.
+/// Checks that, without `start_time`, the period begins after the rise of the load, and that BDF is replaced.
 #[test]
 fn loads_that_rise_repeat_from_a_later_period() {
     let text = body("bulk_modulus = inf", "", 2.0);
@@ -209,7 +209,7 @@ fn loads_that_rise_repeat_from_a_later_period() {
     let bdf = ["integrator.method=\"bdf\"", "integrator.max_order=2"];
     let (found, rows) = periodic(&ramped, &bdf);
     let periods = found.start_time * FREQUENCY;
-    // Rounding of a quotient and its product.
+    // The tolerance covers the rounding errors of a quotient and a product.
     assert!(periods >= 1.0 && (periods - periods.round()).abs() < 1e-12, "{periods}");
     assert_eq!(rows[0][0], found.start_time);
     let [own, expected] = [of(&found, "u_y"), of(&expected, "u_y")].map(|u| u.amplitudes[0]);
@@ -220,7 +220,7 @@ fn loads_that_rise_repeat_from_a_later_period() {
     assert!(early.contains("y = "), "{early}");
 }
 
-/// Regression: a load with many periods of zeros at its start gave the state of rest.
+/// Regression: a load with many periods of zeros at its start resulted in the state of rest.
 #[test]
 fn a_load_that_begins_late_repeats_after_its_beginning() {
     let text = body("bulk_modulus = inf", "", 2.0);
@@ -300,7 +300,7 @@ fn figure_3_has_the_periodic_state_to_which_it_settles() {
         for k in 1..own[0].len() {
             let size = settled.iter().fold(0.0, |size: f64, row| size.max(row[k].abs()));
             for (own, settled) in own.iter().zip(settled) {
-                // The tolerance of the periodic state, divided by 1 − 0.67.
+                // The allowed error is the tolerance of the periodic state, divided by 1 − 0.67.
                 let error = (own[k] - settled[k]).abs();
                 assert!(error < 3e-6 * size, "column {k}: {} {}", own[k], settled[k]);
             }
@@ -368,7 +368,7 @@ const CONTRACTED: &str = "[mesh]\ntype = \"rectangle\"\nwidth = 0.04\nheight = 0
     [[traction]]\ngroup = \"top\"\ny = { type = \"sine\", amplitude = 1.0, frequency = 7.0 }\n\
     [[probe]]\nname = \"tip\"\ntype = \"point\"\nat = [0.04, 0.005]\n";
 
-/// Checks that the tolerances of the integrator are tightened: at the kink, its errors exceed them.
+/// Checks that the tolerances of the integrator are tightened, because its errors at the kink exceed them.
 ///
 /// Regression: the search failed.
 #[test]
@@ -409,7 +409,7 @@ fn the_motion_settles_until_the_search_succeeds() {
 
 /// Checks a small vibration of a stretched body whose end is shaken.
 ///
-/// Regression: it had to be at rest at t = 0.
+/// Regression: the body had to be at rest at t = 0.
 #[test]
 fn a_shaken_end_of_a_stretched_body_has_the_harmonic_response() {
     let text = body("bulk_modulus = inf", "", 0.0);
@@ -420,7 +420,7 @@ fn a_shaken_end_of_a_stretched_body_has_the_harmonic_response() {
         "probe[0].at=[0.025, 0.02]",
         "initial_state.type=equilibrium",
     ];
-    // Relative to the stretch, which is 200 times the vibration.
+    // The tolerance is relative to the stretch, which is 200 times the vibration.
     let (found, _) = periodic(&text, &[&set[..], &["periodic.tolerance=1e-9"]].concat());
     let u = of(&found, "u_y");
     let own = Complex64::from_polar(u.amplitudes[0], u.phases[0].to_radians());
