@@ -15,7 +15,8 @@ use rand::{Rng, SeedableRng};
 
 use crate::options;
 
-/// A block with an additional material between rough plates. The distance of the plates is reduced by a fifth.
+/// A block between rough plates, whose distance is reduced by a fifth. `MATERIAL` is replaced by further keys of the
+/// material.
 const BLOCK: &str = r#"
 [time]
 end = 1.0

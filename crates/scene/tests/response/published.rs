@@ -6,8 +6,8 @@ use num_complex::Complex64;
 
 use crate::{column, damping, number, reference, response};
 
-/// Returns the wave number K in the reference of a wave of 60 Hz along a strip with the stretch λ along x and 1/λ along y.
-/// Its end is shaken across; no point moves along x, so that the motion depends on x only.
+/// Returns the wave number K in the reference configuration of a wave of 60 Hz along a strip with the stretch λ along x
+/// and 1/λ along y. The end of the strip is shaken transversely. No point moves along x, so the motion depends only on x.
 fn wave_number(stretch: f64, name: &str, cells: usize) -> Complex64 {
     let [solid, material] = damping(name);
     let (along, across) = (stretch - 1.0, 1.0 / stretch - 1.0);
@@ -68,13 +68,13 @@ fn waves_in_a_stretched_body_have_the_closed_form() {
     }
 }
 
-/// Checks the tests 5H, 13H and 21H of NAFEMS R0016, bodies of steel: a deep beam, a thin and a thick plate on simple supports of their
-/// whole end faces, under a harmonic load of a side. A quarter is computed, with two planes of symmetry.
+/// Checks the tests 5H, 13H and 21H of NAFEMS R0016: a deep beam, a thin plate and a thick plate of steel, simply supported over their
+/// whole end faces, under a harmonic load on one side. A quarter is computed, with two planes of symmetry.
 ///
-/// The references are the peaks of the series of Timoshenko's beam, Kirchhoff's and Mindlin's plates with the same damping. The published
-/// peaks, of modal damping, are 42.65 Hz and 13.45 mm, 2.377 Hz and 45.42 mm, 45.90 Hz and 58.33 mm. Supports of a solid and the
-/// theories of beams and plates differ by about 1 % in frequency and 5 % in amplitude. The thin plate has a discretization error of
-/// 1 % in frequency: its elements are 17 times as long as thick.
+/// The references are the peaks of series solutions for Timoshenko's beam and for Kirchhoff's and Mindlin's plates with the same damping.
+/// The published peaks, for modal damping, are 42.65 Hz and 13.45 mm, 2.377 Hz and 45.42 mm, 45.90 Hz and 58.33 mm. Supports of a solid
+/// and the theories of beams and plates differ by about 1 % in frequency and 5 % in amplitude. The thin plate has a discretization error
+/// of 1 % in frequency: its elements are 17 times as long as they are thick.
 #[test]
 fn beams_and_plates_have_their_published_resonances() {
     let hard = "[[fixed]]\ngroup = \"front\"\ncomponents = [\"x\", \"z\"]\n";

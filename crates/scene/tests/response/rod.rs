@@ -24,7 +24,7 @@ fn rod_has_the_closed_form_of_its_elements() {
             for (found, row) in column(&found, probe, "u").into_iter().zip(rows) {
                 let expected = &row[format!("{reading}_form")][x]["ten_linear_elements"];
                 let expected = Complex64::new(number(&expected["re"]), number(&expected["im"]));
-                // About a hundred rounding errors of a well-conditioned system.
+                // The tolerance covers about a hundred rounding errors of a well-conditioned system.
                 assert!(error(found, expected) < 1e-13, "{reading} {x} {found} {expected}");
             }
         }
@@ -52,7 +52,7 @@ fn the_rod_has_a_single_peak_that_converges_to_the_continuum() {
             values.map(|(value, key)| (value / number(&own[key]) - 1.0).abs())
         });
         for (coarse, fine) in coarse.iter().zip(fine) {
-            // Twice the error of the closed form of 160 elements, 4.2e-6.
+            // The tolerance is twice the error of the closed form of 160 elements, 4.2e-6.
             assert!(fine < 8.4e-6, "{reading}: {fine:e}");
             // The limit is 4 = 2².
             assert!((3.9..4.1).contains(&(coarse / fine)), "{reading}: {coarse:e} {fine:e}");

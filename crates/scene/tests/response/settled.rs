@@ -99,10 +99,11 @@ fn velocities_of_supports_at_the_preload_time_have_no_effect() {
         column(&response(&text), "middle", "u_y")[0]
     };
     for name in ["beta1e-4", "eta5", "prony", "springpot"] {
-        // Half of a step at the middle of its rise.
+        // The displacement is half of the step, in the middle of its rise.
         let moving = amplitude("{ type = \"step\", value = 0.02, rise = 2.0 }", name);
         let still = amplitude("0.01", name);
-        // A hundred of the last relative increments of Newton's method, 1e-9: the stiffness amplifies them.
+        // The tolerance is a hundred times the last relative increment of Newton's method, 1e-9, because the stiffness
+        // amplifies increments.
         assert!(error(moving, still) < 1e-7, "{name}: {moving} {still}");
     }
 }

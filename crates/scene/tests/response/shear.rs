@@ -111,7 +111,8 @@ fn slab_in_shear_converges_to_the_closed_form() {
                 let errors = errors(&reference, name, case, LONG_WAVES, n);
                 largest(&errors.concat())
             });
-            // Twice the largest error found. In the limit, the errors decrease by a factor of 8 = 2³.
+            // The tolerance is twice the largest observed error. In the limit, the errors decrease by a factor of 8 =
+            // 2³.
             assert!(fine < 2.5e-4, "{name} {case:?}: {fine:e}");
             let ratio = coarse / fine;
             assert!((7.5..10.0).contains(&ratio), "{name} {case:?}: {ratio}");
@@ -132,7 +133,7 @@ fn short_waves_converge_to_the_closed_form() {
         for case in CASES {
             let [coarse, middle, fine] =
                 [64, 128, 256].map(|n| errors(&reference, name, case, SHORT_WAVES, n));
-            // Twice the largest error found.
+            // The tolerance is twice the largest observed error.
             let error = largest(&fine.concat());
             assert!(error < 3.5e-5, "{name} {case:?}: {error:e}");
             let [points, face] = [0, 1].map(|k| [&coarse[k], &middle[k], &fine[k]]);

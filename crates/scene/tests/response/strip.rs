@@ -52,15 +52,15 @@ fn strip_converges_to_the_exact_solution() {
     for own in case["results"].as_array().unwrap() {
         let [coarse, fine] = [[20, 8], [40, 16]].map(|cells| largest_errors(&case, own, cells));
         let place = format!("{} {}", own["kappa"], own["damping"]);
-        // Twice the largest errors found.
+        // The tolerances are twice the largest observed errors.
         assert!(fine[0] < 1e-3 && fine[1] < 5e-2, "{place}: {fine:?}");
         assert!(coarse[0] / fine[0] > 8.0, "{place}: {coarse:?} {fine:?}");
         assert!(coarse[1] / fine[1] > 3.5, "{place}: {coarse:?} {fine:?}");
     }
 }
 
-/// Checks a fine mesh. 5e-5 is the accuracy that the reference requires of it; an independent program with the same elements has
-/// errors of 1.2e-6 for κ = 1e5 with Prony damping.
+/// Checks a fine mesh. The reference requires an accuracy of 5e-5; an independent program with the same elements has errors of
+/// 1.2e-6 for κ = 1e5 with Prony damping.
 #[test]
 #[ignore = "slow: 23000 unknowns at 48 frequencies"]
 fn a_fine_strip_has_the_exact_displacements() {

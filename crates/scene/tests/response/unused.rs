@@ -1,4 +1,4 @@
-//! A motion has no extra cost if its scene also describes a response and a periodic state.
+//! Checks that a motion has no extra cost if its scene also describes a response and a periodic state.
 
 use std::path::Path;
 

@@ -9,7 +9,7 @@ use serde_json::Value;
 use crate::fits::{CONSTANTS, RHEOMETER, TRUE, attempt, attempt_to, fit, written};
 use crate::{number, reference};
 
-/// Returns the rheometer with a wave of this density as its outputs.
+/// Returns the rheometer scene whose outputs are computed from a wave in a tissue of this density.
 fn elastography(density: f64) -> String {
     let outputs = RHEOMETER.find("[[output]]").unwrap();
     let response = RHEOMETER.find("[response]").unwrap();
@@ -47,7 +47,7 @@ fn speeds_and_attenuations_of_waves_give_their_springpot() {
     let found = fit(&path, &data);
     assert_eq!(found.outcome(), Outcome::Converged);
     for (value, exact) in found.fit.values.iter().zip(TRUE) {
-        // Ten times the tolerance of the fit.
+        // The tolerance is ten times the tolerance of the fit.
         assert!((value / exact - 1.0).abs() < 1e-4, "{value} {exact}");
     }
 }
@@ -65,7 +65,7 @@ fn table(model: &Value, noise: Option<f64>, file: &Path) {
     std::fs::write(file, text).unwrap();
 }
 
-/// Returns the scene of a material without inertia, to ten digits at 1 kHz.
+/// Returns the scene of a material whose inertia is negligible to ten digits at 1 kHz.
 fn of_material(lines: &str) -> String {
     let text = elastography(1100.0)
         .replace("density = 1e-9", "density = 1e-20")
@@ -75,7 +75,8 @@ fn of_material(lines: &str) -> String {
     format!("{}{lines}\n{}", &text[..own], &text[end..])
 }
 
-/// Checks that fits of exact tables of plane waves at 10 to 1000 Hz return the constants, from twice their values.
+/// Checks that fits of exact tables of plane waves at 10 to 1000 Hz return the constants, starting from twice their
+/// values.
 #[test]
 fn exact_tables_of_waves_give_the_constants_of_their_models() {
     let case = reference("s13_03_plane_wave.json");
@@ -129,7 +130,7 @@ fn exact_tables_of_waves_give_the_constants_of_their_models() {
         let found = attempt_to(1e-12, &path, vec![(data, Vec::new())]).unwrap();
         assert_eq!(found.outcome(), Outcome::Converged, "{name}");
         for (value, exact) in found.fit.values.iter().zip(exact) {
-            // Ten digits: rounding errors of 1e-15 of the table, amplified by the condition of the fit.
+            // The constants have ten digits, because the fit amplifies rounding errors of 1e-15 in the table.
             assert!((value / exact - 1.0).abs() < 1e-10, "{name}: {value} {exact}");
         }
     }
@@ -153,7 +154,7 @@ fn waves_do_not_determine_modulus_and_viscosity_of_a_springpot() {
     let expected = [a, a - 1.0, 0.0].map(|share| share / a.hypot(1.0 - a));
     let sign = expected[0].signum() * unknown[0].shares[0].signum();
     for (own, expected) in unknown[0].shares.iter().zip(expected) {
-        // Rounding errors relative to the sensitivities of the other directions.
+        // The tolerance covers rounding errors relative to the sensitivities of the other directions.
         assert!((sign * own - expected).abs() < 1e-6, "{:?}", unknown[0]);
     }
 }

@@ -104,8 +104,8 @@ fn the_weight_of_a_bar_bends_it_as_published() {
     let stiff = BAR
         .replace("first_lame_parameter = 2e6", "first_lame_parameter = 8e6")
         .replace("shear_modulus = 5e5", "shear_modulus = 2e6");
-    // Half of the last published digit. A bar with a straight support would miss this by far: at
-    // the ends of the arc, the bar is 1 mm longer, which changes the deflection by up to 1 %.
+    // The tolerance is half of the last published digit. With a straight support, the deviation would be much larger:
+    // at the ends of the arc, the bar is 1 mm longer, which changes the deflection by up to 1 %.
     for (text, expected, half_digits) in [
         (BAR, [-7.187e-3, -66.10e-3], [0.5e-6, 5e-6]),
         (&stiff, [-0.4690e-3, -16.97e-3], [0.5e-7, 5e-6]),
@@ -118,7 +118,7 @@ fn the_weight_of_a_bar_bends_it_as_published() {
     }
 }
 
-/// Checks the pressure output of a law in which pressure is not separate: the negative mean stress, as for all laws
+/// Checks the pressure output of a law without a separate pressure: it is the negative mean stress, as for all laws
 /// that separate isochoric and volumetric parts.
 #[test]
 fn the_pressure_of_a_law_without_one_is_the_mean_of_its_stress() {
@@ -148,14 +148,14 @@ fn a_bar_let_go_swings_as_published() {
          [integrator]\nmethod = \"radau9\"\nrtol = 1e-4",
     ) + "interval = 0.001\n";
     let (_, rows) = run([16, 4], &moving);
-    // In the first and the fourth period.
+    // The minima of the first and of the fourth period.
     let least = [0, 3].map(|period| {
         let from = f64::from(period) / 1.0995;
         let of_period = rows.iter().filter(|row| (from..from + 0.6).contains(&row[0]));
         of_period.min_by(|a, b| a[2].total_cmp(&b[2])).unwrap()
     });
     let frequency = 3.0 / (least[1][0] - least[0][0]);
-    // One percent: the difference between the published means.
+    // The tolerance of one percent is the difference between the published means.
     for (found, published) in [
         (least[0][2], -63.607e-3 - 65.160e-3),
         (least[1][2], -63.607e-3 - 65.160e-3),

@@ -104,10 +104,11 @@ fn oscillators_in_a_rigid_motion_have_the_response_in_closed_form() {
         for (y, omega) in y.iter().zip(&chain.chain.omega) {
             let exact = response(*omega, 30.0 * along, 0.3);
             let size = response(*omega, 30.0, 0.3);
-            // A hundred times the tolerance: errors of about a hundred steps accumulate.
+            // The error is at most a hundred times the tolerance, because the errors of about a hundred steps
+            // accumulate.
             assert!((y - exact).abs() < 1e-6 * size.abs(), "{name}: {y} {exact}");
         }
-        // One seed for all places: each frequency is unique.
+        // All places share one seed, and each frequency is unique.
         let mut omega = chain.chain.omega.clone();
         omega.sort_by(f64::total_cmp);
         assert!(omega.windows(2).all(|pair| pair[0] < pair[1]), "{name}");
@@ -224,7 +225,7 @@ fn neighborhoods(points: &[[f64; 3]], found: &[Coherence], radius: f64) -> Vec<f
 fn assert_near(found: &[f64], expected: &[f64], what: &str) {
     assert_eq!(found.len(), expected.len(), "{what}");
     for (a, b) in found.iter().zip(expected) {
-        // Sums of up to about a hundred numbers of size 1, in another order.
+        // The tolerance covers sums of up to about a hundred numbers of size 1 in another order.
         assert!((a - b).abs() < 1e-13 * b.abs().max(1.0), "{what}: {a} {b}");
     }
 }
@@ -252,14 +253,14 @@ fn fields_have_the_coherence_of_places_and_of_their_neighborhoods() {
     let read = |file: &str| std::fs::read_to_string(folder.path().join(file)).unwrap();
     let [nodes, cells, pair] = &scene.chains[..] else { panic!("three chains") };
 
-    // Separate points for both chains outside elements, one chain after the other.
+    // The file contains separate points for both chains outside elements, one chain after the other.
     let places = read("places_00001.vtu");
     assert!(read("places.pvd").contains("places_00001.vtu"));
     let points = vtu::read_field(&places, "points").unwrap();
     let points: Vec<[f64; 3]> = points.as_chunks().0.to_vec();
     let n = nodes.places.len();
     assert_eq!(points.len(), n + pair.places.len());
-    // Rounding of coordinates below 0.1.
+    // The tolerance covers the rounding of coordinates below 0.1.
     assert_near(points[n..].as_flattened(), &[0.0, 0.0, 0.0, 0.01, 0.0, 0.0], "points");
     let vertices: Vec<[f64; 3]> = space.mesh().points::<3>().to_vec();
     assert!(points[..n].iter().all(|point| vertices.contains(point)));
@@ -275,7 +276,7 @@ fn fields_have_the_coherence_of_places_and_of_their_neighborhoods() {
     assert!(of("neighborhood")[n..].iter().all(|chi| chi.is_nan()));
     assert_eq!(of("u").len(), 3 * points.len());
 
-    // Fields on the elements, in addition to the coherence of each element.
+    // The file contains fields on the elements, in addition to the coherence of each element.
     let fields = read("fields_00001.vtu");
     let of = |name: &str| {
         let field = vtu::read_field(&fields, name).unwrap();
@@ -332,11 +333,11 @@ y = { type = "step", value = 100.0, rise = 0.05 }
         let space = scene.body.as_ref().unwrap().muscle.solid.space();
         space.position::<2>(at)
     };
-    // x runs fastest.
+    // The x coordinate varies fastest.
     let expected = [[0.0, 0.0], [0.1, 0.0], [0.2, 0.0], [0.0, 0.1], [0.1, 0.1], [0.2, 0.1]];
     for (i, expected) in expected.into_iter().enumerate() {
         let distance = (point(i)[0] - expected[0]).hypot(point(i)[1] - expected[1]);
-        assert!(distance < 1e-12, "{:?}", point(i)); // rounding of 0.2, a thousandfold
+        assert!(distance < 1e-12, "{:?}", point(i)); // a thousand times the rounding error of 0.2
     }
     let folder = run(&scene);
     let [along, across] = ["fiber", "y"].map(|name| states(folder.path(), name));

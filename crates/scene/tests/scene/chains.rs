@@ -113,7 +113,7 @@ fn two_way() -> String {
 fn chains_stiffen_and_contract_the_elements_they_are_in() {
     let scene = Scene::build("scene.toml", &two_way(), &[], Path::new("")).unwrap();
     let elements = scene.chains[0].elements().unwrap();
-    // Two feedbacks, each with one place per element with a chain.
+    // There are two feedbacks, each with one place for each element that has a chain.
     assert_eq!(scene.feedbacks.len(), 2);
     for feedback in &scene.feedbacks {
         assert_eq!(feedback.weights.len(), elements.len());
@@ -136,8 +136,8 @@ fn chains_stiffen_and_contract_the_elements_they_are_in() {
 const PRONY: &str = "prony = [{ relative_modulus = 0.5, relaxation_time = 0.02 }]\n";
 const FEEDBACK: &str = "[[feedback]]\nchain = \"spindles\"\nat_zero_coherence = 1.5\n";
 
-/// Returns displacement and tension in the middle at the end: with Radau IIA and with BDF, which must agree, and
-/// without relaxation.
+/// Returns the final displacement and tension in the middle: with relaxation, for which Radau IIA and BDF must agree,
+/// and without relaxation.
 fn with_and_without_relaxation(text: &str) -> [Vec<f64>; 2] {
     let probe = "[[probe]]\nname = \"middle\"\ntype = \"point\"\nat = [0.0, 0.0, 0.0]\n\
                  quantities = [\"u\", \"tension\"]\ninterval = 0.06\n";
@@ -157,7 +157,7 @@ fn with_and_without_relaxation(text: &str) -> [Vec<f64>; 2] {
     let elastic = last(&text.replacen(PRONY, "", 1), "radau5");
     let [radau, bdf] = ["radau5", "bdf"].map(|method| last(text, method));
     for (i, (radau, bdf)) in radau.iter().zip(&bdf).enumerate() {
-        // A thousand times the tolerance, because the errors of the many steps of BDF accumulate.
+        // The error is at most a thousand times the tolerance, because the errors of the many steps of BDF accumulate.
         let size = if i < 3 { length(&elastic) } else { 2e4 };
         assert!((radau - bdf).abs() < 1e-3 * size, "{i}: {radau} {bdf}");
     }
@@ -213,7 +213,8 @@ fn chains_and_stress_that_relaxes_keep_the_balance_of_energy() {
         };
         let [work, dissipated, imbalance] = [3, 4, 5].map(largest);
         assert!(dissipated > 0.2 * work, "{dissipated:e} {work:e}");
-        // The tolerance of one step, because at the ends of steps Radau IIA is more accurate than its error estimate.
+        // The bound is the tolerance of one step, because Radau IIA is more accurate than its error estimate at the
+        // ends of steps.
         assert!(imbalance < RTOL * work, "{method}: {imbalance:e} {work:e}");
     }
 }

@@ -48,7 +48,7 @@ pub(crate) fn last(table: &Table, name: &str) -> f64 {
     *column(table, name).last().unwrap()
 }
 
-/// A block of 20 mm by 10 mm on rollers; plates without friction press it.
+/// Returns a block of 20 mm by 10 mm on rollers, pressed by frictionless plates.
 pub(crate) fn pressed(head: &str, contact: &str) -> String {
     format!(
         "{head}[mesh]\ntype = \"rectangle\"\nwidth = 0.02\nheight = 0.01\ncells = [6, 3]\n\
@@ -60,8 +60,8 @@ pub(crate) fn pressed(head: &str, contact: &str) -> String {
     )
 }
 
-/// Checks the exact force per depth, ζ (λ − λ⁻³) b for the stretch λ of the block. The plate and the top differ by the
-/// penetration. The state is homogeneous, so only the error of Newton's method remains.
+/// Checks the exact force per depth, ζ (λ − λ⁻³) b for the stretch λ of the block. The displacements of the plate and
+/// of the top differ by the penetration. The state is homogeneous, so only the error of Newton's method remains.
 #[test]
 fn a_plate_compresses_a_block_by_the_exact_force() {
     let force = "force = 250.0\ndirection = [0.0, -1.0]";
@@ -106,7 +106,8 @@ fn multipliers_approach_an_equilibrium_in_shorter_updates() {
 }
 
 /// Regression: coarse facets cannot follow a ball, and 50 updates of the multipliers did not converge. With four times the
-/// stiffness they did. The recorded multipliers belong to the given stiffness again, so that the body is in equilibrium.
+/// stiffness, they converged. The recorded multipliers belong to the given stiffness again, so that the body is in
+/// equilibrium.
 #[test]
 fn multipliers_that_converge_slowly_stiffen_the_contact() {
     let text = "analysis = \"static\"\n[mesh]\ntype = \"box\"\nsize = [0.61816, 0.85045, 1.0]\ncells = [2, 2, 2]\n\
@@ -117,12 +118,12 @@ fn multipliers_that_converge_slowly_stiffen_the_contact() {
                 [[probe]]\nname = \"support\"\ntype = \"reaction\"\ngroup = \"bottom\"\n";
     let [ball, support] = tables_in(text, Path::new(""), ["ball", "support"]);
     let (pressed, held) = (last(&ball, "F_z"), last(&support, "R_z"));
-    // Newton's method converges to rounding.
+    // Newton's method converges up to rounding errors.
     assert!((pressed + held).abs() < 1e-10 * held, "{pressed} {held}");
 }
 
-/// Regression: after multipliers had not converged, or were interrupted, the output had a contact force of later multipliers. Then
-/// the block was not in equilibrium.
+/// Regression: after multipliers had not converged, or were interrupted, the output had a contact force of later multipliers. With
+/// this force, the block was not in equilibrium.
 #[test]
 fn multipliers_that_do_not_converge_leave_an_equilibrium() {
     static FLAG: AtomicBool = AtomicBool::new(false);
@@ -147,7 +148,7 @@ fn multipliers_that_do_not_converge_leave_an_equilibrium() {
         let stretch = 1.0 + value("corner", "u_y") / 0.01;
         let exact = 1e4 * (stretch - stretch.powi(-3)) * 0.02;
         let error = (value("plate", "F_y") / exact - 1.0).abs();
-        // Rounding of the stretch, whose strain is small.
+        // The tolerance covers the rounding error of the stretch, divided by the small strain.
         let rounding = 4.0 * f64::EPSILON / (1.0 - stretch).abs();
         assert!(error < rounding, "{count}: {error:e} {rounding:e}");
         at_full_load += u32::from(run.document["load_reached"] == 1.0);
@@ -158,8 +159,8 @@ fn multipliers_that_do_not_converge_leave_an_equilibrium() {
 }
 
 /// Checks the remedy for a disk that presses on the edge of a coarse block: without penetration, the equilibrium jumps where the
-/// next facet meets the disk. Regression: the message named arc length, which has no multipliers, and a smaller stiffness, which
-/// did not help.
+/// next facet meets the disk. Regression: the message recommended arc length, which does not support multipliers, and a smaller
+/// stiffness, which did not help.
 #[test]
 fn the_remedy_for_multipliers_at_a_jump_works() {
     let run = |method: &str| {
@@ -214,7 +215,8 @@ fn disk() -> String {
     lattice.msh(&[("surface", surface), ("ball", triangles)])
 }
 
-/// Equilibria of the disk on a clamped foot under a plate with a force that it cannot carry: the outcome and the load factors.
+/// Returns the outcome and the load factors of equilibria of the disk on a clamped foot under a plate with a force that the
+/// disk cannot carry.
 fn crushed(method: &str) -> (String, Vec<f64>) {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("disk.msh"), disk()).unwrap();
@@ -265,8 +267,8 @@ fn a_path_ends_where_an_obstacle_would_pull() {
     assert!(loads.iter().all(|load| *load >= 0.0) && last < 0.1 * largest(&loads), "{last}");
 }
 
-/// Velocity after the impact relative to the velocity before it, and the largest imbalance of the energy relative to the
-/// energy, of an elastic ball (in the plane) that hits a rigid plane.
+/// Returns the velocity after the impact relative to the velocity before it, and the largest energy imbalance relative
+/// to the energy, for an elastic ball (in the plane) that hits a rigid plane.
 fn bounce(rtol: f64) -> [f64; 2] {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("disk.msh"), disk()).unwrap();
@@ -338,8 +340,8 @@ fn between_plates(loads: &str, plate: &str, wall: &str) -> String {
         + &wall
 }
 
-/// Checks that the displacements of two obstacles and their forces lead to the same states, up to the tolerance of
-/// Newton's method.
+/// Checks that prescribed displacements of two obstacles and prescribed forces lead to the same states, up to the
+/// tolerance of Newton's method.
 #[test]
 fn obstacles_under_forces_follow_the_same_curve_as_under_displacements() {
     let parts = [0.25, 0.5, 0.75, 1.0];
@@ -405,7 +407,8 @@ fn sensitivities_need_a_given_contact_stiffness() {
     assert!(unsupported(&scene("stiffness = 1e8")).is_none());
 }
 
-/// Multipliers are constant in the linearized equations, and belong to given loads without time.
+/// Checks that multipliers are rejected for sensitivities, because they are constant in the linearized equations, and
+/// for analyses other than equilibria under given loads.
 #[test]
 fn multipliers_belong_to_equilibria_under_given_loads() {
     let contact = "y = -0.001\nmethod = \"augmented-lagrange\"";
@@ -452,8 +455,9 @@ fn a_plate_that_never_presses_needs_no_further_load_steps() {
     }
 }
 
-/// A run notes a penetration of more than a hundredth of the facets, in statics and in a motion. The penetration is
-/// proportional to the pressure, with the default stiffness a hundredth for a pressure of one shear modulus.
+/// Checks that a run notes a penetration of more than a hundredth of the facet size, in statics and in a motion. The
+/// penetration is proportional to the pressure; with the default stiffness, it is a hundredth for a pressure of one
+/// shear modulus.
 #[test]
 fn a_large_penetration_is_noted() {
     let notes = |head: &str, contact: &str| {
@@ -475,8 +479,9 @@ fn a_large_penetration_is_noted() {
     }
 }
 
-/// A plate that moves along one axis has its own displacement at any angle to the body; with two axes, its displacement
-/// along the normal. The disk moves along the body. The plate of slope 3 has a normal component of 0.316 along y.
+/// Checks that a plate that moves along one axis is reported with its own displacement at any angle to the body, and a
+/// plate that moves along two axes with its displacement along the normal. The disk moves along the body. The plate of
+/// slope 3 has a normal component of 0.316 along y.
 #[test]
 fn displacements_of_oblique_obstacles_have_no_jump() {
     for (shape, motion, expected) in [
@@ -493,7 +498,7 @@ fn displacements_of_oblique_obstacles_have_no_jump() {
         let text = pressed("analysis = \"static\"\n", motion)
             .replace("type = \"plane\"\npoint = [0.0, 0.01]\nnormal = [0.0, -2.0]", shape);
         let plate = table(&text, "plate");
-        // Rounding of the projection.
+        // The tolerance covers the rounding error of the projection.
         assert!((last(&plate, "displacement") - expected).abs() < 1e-17, "{shape} {motion}");
     }
 }

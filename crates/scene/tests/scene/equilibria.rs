@@ -38,7 +38,7 @@ fn displacements_and_pressures_that_are_zero_are_found() {
     let box_ = "type = \"box\"\nsize = [1.0, 1.0, 1.0]\ncells = [2, 2, 2]";
     let pressed = format!("{confined}[[pressure]]\ngroup = \"top\"\nvalue = 1e3\n");
     let found = run(&neo_hooke(box_, &pressed), Path::new(""));
-    // About a hundred rounding errors of the pressure, and of its effect on 1e4 Pa.
+    // The tolerance covers about a hundred rounding errors of the pressure, and of its effect on 1e4 Pa.
     assert!((result(&found, "all", "p") - 1e3).abs() < 1e-10);
     assert!(result(&found, "all", "u_z").abs() < 1e-14);
 
@@ -76,7 +76,8 @@ fn pressures_that_too_few_nodes_determine_are_tied() {
         let text = neo_hooke(box_, &held).replace("\"static\"", &format!("\"{analysis}\""));
         let found = run(&text, Path::new(""));
         if analysis == "static" {
-            // Simple shear: P = G (F - F⁻ᵀ) for p = 0, on 1 m². The state is homogeneous; Newton's method ends at rounding.
+            // Simple shear: P = G (F - F⁻ᵀ) for p = 0, on 1 m². The state is homogeneous; Newton's method converges up to
+            // rounding errors.
             let [shear, normal] = ["R_x", "R_z"].map(|column| result(&found, "face", column));
             assert!((shear - 1e4 * SHEAR).abs() < 1e-9 * 1e4, "{shear}");
             assert!(normal.abs() < 1e-9 * 1e4, "{normal}");
@@ -93,7 +94,7 @@ fn neo_hooke(mesh: &str, rest: &str) -> String {
     )
 }
 
-/// Stores the lines of progress.
+/// Sink that stores the progress lines.
 #[derive(Default)]
 struct Lines(Mutex<Vec<String>>);
 
@@ -170,8 +171,8 @@ fn a_column_beyond_the_loads_that_buckle_it_is_said_to_be_unstable() {
     }
 }
 
-/// Returns the mesh of a quarter of Land's ventricle: an ellipsoid cut 5 mm above its equatorial
-/// plane. `cells` are the numbers across its wall, from the apex to the base, and around.
+/// Returns the mesh of a quarter of Land's ventricle: an ellipsoid cut 5 mm above its equatorial plane. `cells`
+/// contains the numbers of cells across the wall, from the apex to the base, and around the axis.
 fn ventricle(cells: [usize; 3]) -> String {
     let mut numbers = BTreeMap::new();
     let mut points = Vec::new();
@@ -274,7 +275,7 @@ fn an_inflated_ventricle_is_that_of_the_benchmark() {
 }
 
 /// Regression: results of an earlier run remained in the folder after a run with `--overwrite` had failed or was
-/// interrupted before its first result. After an error in the input, they do remain.
+/// interrupted before its first result. After an input error, these results must remain.
 #[test]
 fn no_results_of_an_earlier_run_stay_beside_a_failure() {
     static INTERRUPTED: AtomicBool = AtomicBool::new(true);
@@ -329,7 +330,7 @@ fn an_equilibrium_takes_its_displacements_at_one_time() {
                 [[probe]]\nname = \"end\"\ntype = \"average\"\ngroup = \"right\"\n";
     let found = run(text, Path::new(""));
     for (column, expected) in [("u_x", 0.005), ("u_y", 0.01)] {
-        // Rounding errors of a mean.
+        // The tolerance covers the rounding errors of a mean.
         assert!((result(&found, "end", column) - expected).abs() < 1e-15);
     }
     let material = &found.document["scene"]["material"][0];
@@ -365,7 +366,7 @@ fn viscosity_has_no_effect_on_equilibria() {
     let stress = G * (stretch * stretch - 1.0 / stretch);
     for viscosity in [0.0, 1e4] {
         let [force, velocity, found] = stretched(viscosity);
-        // Ten of the last relative increments of Newton's method, 1e-9.
+        // The tolerance is ten times the last relative increment of Newton's method, 1e-9.
         assert!((force * stretch / stress - 1.0).abs() < 1e-8, "{viscosity}: {force:e}");
         assert!((found / stress - 1.0).abs() < 1e-8, "{viscosity}: {found:e}");
         assert_eq!(velocity, 0.0);

@@ -79,7 +79,7 @@ fn friction_dissipates_the_work_of_the_plate() {
 
 /// Checks the momentum of a block of weight m g that slides on a floor. Friction decelerates it by μ times the force of
 /// the floor, which is m (g + dv_y/dt). The block slides at more than a hundred times the slip velocity, so that
-/// friction is below its limit by less than a fraction of 1e-4.
+/// friction is at most a fraction of 1e-4 below its limit.
 #[test]
 fn a_sliding_block_decelerates_by_the_weight_times_friction() {
     let contact = format!("friction = {FRICTION}\nslip_velocity = 1e-3");
@@ -96,16 +96,16 @@ fn a_sliding_block_decelerates_by_the_weight_times_friction() {
     assert!(error < 5e-3 && lost > 0.1, "{error:e} {lost}");
 }
 
-/// Compresses a layer of half the thickness 1 and half the length 20 by a plate with friction μ, in units of the shear modulus.
-/// In a thin layer, the mean displacement along x is ε x. Inside, the layer sticks: the friction τ of a parabolic profile is 3 ε x,
-/// and the slope of the pressure p is −τ. From x = c on, it slips: τ = μ p with p = 4 ε exp(μ (20 − x)). The mean of the profile
-/// leaves the slip ε x − μ p/3. All of these grow in proportion to ε.
+/// Compresses a layer of half-thickness 1 and half-length 20 by a plate with friction μ, in units of the shear modulus. In a thin
+/// layer, the mean displacement along x is ε x. Inside, the layer sticks: the friction τ of a parabolic profile is 3 ε x, and the
+/// slope of the pressure p is −τ. From x = c on, it slips: τ = μ p with p = 4 ε exp(μ (20 − x)). The mean of the profile leaves the
+/// slip ε x − μ p/3. All of these grow in proportion to ε.
 ///
 /// The theory of thin layers neglects terms of second order in the slope of the pressure, μ² = 0.02, and the end of the layer.
 #[test]
 fn a_compressed_layer_sticks_inside_and_slips_outside() {
     let (length, friction, slip) = (20.0, 0.15_f64, 3e-4);
-    // For ε = 1.
+    // This is the pressure for ε = 1.
     let pressure = |x: f64| 4.0 * (friction * (length - x)).exp();
     let (mut low, mut c) = (0.0, length);
     for _ in 0..f64::MANTISSA_DIGITS {
@@ -163,7 +163,7 @@ fn invalid_friction_is_rejected() {
         Scene::build("scene.toml", &block(2, head, contact, 1e-3), &[], Path::new(""))
     };
     assert!(build(motion, full).is_ok());
-    // The remedy that the error in statics names.
+    // This is the remedy that the error in statics names.
     assert!(build(&format!("analysis = \"quasi-static\"\n{motion}"), full).is_ok());
     let of = |analysis: &str| format!("analysis = \"{analysis}\"\n[[fixed]]\ngroup = \"bottom\"\n");
     for (head, contact, line) in [

@@ -31,7 +31,8 @@ fn indent(body: &str, folder: &Path, center: &str, axis: &str, depth: f64) -> [f
     assert_eq!(run.document["outcome"], "finished");
     let values = &run.document["results"]["indenter"];
     let value = |column: &str| values[column].as_f64().unwrap();
-    // The pole is a node, so that the obstacle moves along its normal there; a few rounding errors of its center.
+    // The pole is a node, so the obstacle moves along the normal there. The tolerance covers a few rounding errors of
+    // its center.
     assert!((value("displacement") / depth - 1.0).abs() < 1e-13, "{}", value("displacement"));
     [-value(&format!("F_{axis}")), value("area")]
 }
@@ -40,7 +41,7 @@ fn plane(group: &str, axis: &str) -> String {
     format!("[[fixed]]\ngroup = \"{group}\"\ncomponents = [\"{axis}\"]\n")
 }
 
-/// Displacement of a group by `scale` times an expression.
+/// Returns a displacement of a group by `scale` times an expression.
 fn moved(group: &str, axis: &str, scale: f64, factor: &str) -> String {
     format!(
         "[[prescribed_displacement]]\ngroup = \"{group}\"\n{axis} = {scale:e}\nspatial_factor = \"{factor}\"\n"
@@ -86,8 +87,8 @@ fn a_cylinder_presses_with_the_force_of_hertz() {
     let [coarse, fine] = [12, 24].map(|cells| error(cells, ""));
     assert!((coarse / fine - 2.0).abs() < 0.05, "{coarse} {fine}");
     assert!((2.0 * fine - coarse).abs() < 1e-3, "{coarse} {fine}");
-    // Multipliers remove the penetration: the errors above remain, and the second-order error of the mesh, which is a third
-    // of the difference between both meshes.
+    // Multipliers remove the penetration. The errors above remain, and so does the second-order error of the mesh, which is
+    // a third of the difference between both meshes.
     let [coarse, fine] = [6, 12].map(|cells| error(cells, AUGMENTED));
     let bound = b.powi(2) + (b / length).powi(4) + (coarse - fine).abs() / 3.0;
     assert!(fine.abs() < bound && fine.abs() < coarse.abs(), "{coarse} {fine}");
@@ -145,9 +146,9 @@ fn symmetric(refine: u32) -> String {
         + &plane("y0", "y")
 }
 
-/// Indents a quarter of a half-space, with lattice `planes` in radii of the contact, by a ball. The sides of the block move as the
-/// half-space under the force (Boussinesq), with the second derivatives for the distribution of the pressure of Hertz. Returns
-/// the errors of the force and of the area in contact, relative to the exact values.
+/// Indents a quarter of a half-space by a ball. The positions of the lattice `planes` are in units of the contact radius. The
+/// sides of the block move like the half-space under the force (Boussinesq), with second derivatives for the distribution of the
+/// Hertz pressure. Returns the errors of the force and of the area in contact, relative to the exact values.
 fn half_space(depth: f64, planes: &[f64], refine: u32, contact: &str) -> [f64; 2] {
     let (a, force) = sneddon(depth);
     let folder = tempfile::tempdir().unwrap();
@@ -173,18 +174,18 @@ fn half_space(depth: f64, planes: &[f64], refine: u32, contact: &str) -> [f64; 2
     [4.0 * found / force - 1.0, 4.0 * area / (PI * a * a) - 1.0]
 }
 
-/// Checks the relative error of an area in contact. Quadrature points are about a quarter of an `edge` (in radii of the contact)
-/// apart, and the radius is uncertain by half of this distance. Regression: stiff contacts and multipliers press only some of these
-/// points, and the area was up to 22 % too small.
+/// Checks the relative error of an area in contact. Quadrature points are about a quarter of an `edge` (in units of the contact
+/// radius) apart, and the radius is uncertain by half of this distance. Regression: stiff contacts and multipliers press only some
+/// of these points, and the area was up to 22 % too small.
 fn check_area(error: f64, edge: f64) {
     assert!(error.abs() < 2.0 * edge / 8.0, "{edge}: {error}");
 }
 
-/// A ball presses on a half-space (Sneddon's solution for a sphere, which is 0.2 % from Hertz at a depth of 2 % of the radius).
-/// Multipliers remove the penetration.
+/// Checks a ball that presses on a half-space against Sneddon's solution for a sphere, which differs from Hertz's by 0.2 % at a
+/// depth of 2 % of the radius. Multipliers remove the penetration.
 ///
 /// The linear theory neglects the tangential displacement of the surface, which changes the force by −0.4 times the depth. The
-/// error of the mesh is of second order or higher: half of the edges have at most a quarter of it.
+/// error of the mesh is of second order or higher: with edges of half the length, it is at most a quarter.
 #[test]
 fn a_ball_presses_with_the_force_of_hertz() {
     let planes = [0.0, 0.4, 0.8, 1.2, 3.0];
@@ -210,8 +211,8 @@ fn a_stiff_ball_has_the_contact_area_of_hertz() {
     check_area(area, edge);
 }
 
-/// With a penalty of ten times the default, whose penetration is 0.2 % of the depth, or with multipliers, the force is within 1 % without
-/// a correction. A coarse mesh is too stiff.
+/// Checks that the force is within 1 % without a correction, with a penalty of ten times the default, whose penetration is 0.2 % of the
+/// depth, or with multipliers. A coarse mesh is too stiff.
 #[test]
 #[ignore = "slow"]
 fn the_force_of_hertz_is_within_a_percent() {
@@ -236,7 +237,7 @@ fn the_force_of_hertz_is_within_a_percent() {
     }
 }
 
-/// Radius of the contact and force of a ball on a half-space at a depth (Sneddon 1965).
+/// Returns the contact radius and the force of a ball on a half-space at a given depth (Sneddon 1965).
 fn sneddon(depth: f64) -> (f64, f64) {
     let (mut low, mut high) = (0.0_f64, 0.9_f64);
     let log = |a: f64| ((1.0 + a) / (1.0 - a)).ln();

@@ -182,7 +182,7 @@ fn a_material_without_group_covers_the_rest() {
     assert!(error.contains("line 21"), "{error}");
 }
 
-/// Regression: errors of constants that do not fit together had no line.
+/// Regression: errors about inconsistent constants did not contain a line.
 #[test]
 fn constants_of_laws_that_do_not_fit_together_are_located() {
     let weights = |i| format!("b_{i} = {}.0\n", if i == 5 { 9 } else { 1 });

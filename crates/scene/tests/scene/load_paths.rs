@@ -92,7 +92,7 @@ fn a_shallow_arch_has_the_published_peak_and_valley() {
     let force: Vec<f64> = curve["R_y"].iter().map(|force| -force).collect();
     let peak = force[..20].iter().copied().fold(0.0, f64::max);
     let valley = force[10..].iter().copied().fold(peak, f64::min);
-    // Half a percent, for the mesh error and for the distance of a row from the extremum.
+    // The tolerance of half a percent covers the mesh error and the distance of a row from the extremum.
     assert!((peak / 6.019 - 1.0).abs() < 5e-3, "{peak}");
     assert!((valley / 3.212 - 1.0).abs() < 5e-3, "{valley}");
 }
@@ -129,7 +129,7 @@ fn a_shallow_arch_snaps_through_under_its_load() {
     }
 }
 
-/// Regression: a path by arc length that ended early counted as finished.
+/// Regression: an arc-length path that ended early counted as finished.
 #[test]
 fn a_path_by_arc_length_with_too_few_steps_is_not_finished() {
     let load = "[[traction]]\ngroup = \"crown\"\ny = -2e3\n";
@@ -141,8 +141,8 @@ fn a_path_by_arc_length_with_too_few_steps_is_not_finished() {
     assert_eq!(found.document["load_reached"], *last);
 }
 
-/// Stretch at which a block of neo-Hooke's law between smooth plates buckles in plane strain. `a` is π/2 times its thickness over
-/// its length. The condition is due to Biot (Mechanics of Incremental Deformations, 1965).
+/// Returns the stretch at which a block of neo-Hooke's law between smooth plates buckles in plane strain. `a` is π/2 times the
+/// ratio of its thickness to its length. The condition is due to Biot (Mechanics of Incremental Deformations, 1965).
 fn buckling_stretch(a: f64) -> f64 {
     let is_stable = |square: f64| {
         (1.0 + square * square).powi(2) * (a / square).tanh() > 4.0 * square * a.tanh()
@@ -159,8 +159,8 @@ fn buckling_stretch(a: f64) -> f64 {
     low.sqrt()
 }
 
-/// The path of homogeneous states meets the branch of bent states. The load of the bifurcation is exact within the error of the mesh,
-/// below 0.2 %.
+/// Checks that the path of homogeneous states meets the branch of bent states. The bifurcation load is exact up to the mesh error,
+/// which is below 0.2 %.
 #[test]
 fn a_block_between_plates_buckles_at_the_published_stretch() {
     for thickness in [0.02, 0.04] {
@@ -181,7 +181,7 @@ fn a_block_between_plates_buckles_at_the_published_stretch() {
         for (load, force) in curve["load"].iter().zip(&curve["R_y"]) {
             let length = 1.0 + load * (stretch - 1.0);
             let exact = 1e4 * thickness * (length - length.powi(-3));
-            // Newton's method converges to rounding.
+            // Newton's method converges up to rounding errors.
             assert!((force - exact).abs() < 1e-10, "{load}: {force} {exact}");
         }
     }
@@ -268,7 +268,7 @@ fn a_sphere_is_inflated_beyond_its_limit_pressure() {
     assert!(beyond.len() > 5);
     for (load, u) in beyond {
         let expected = pressure(1.0 + u / 0.01);
-        // The mesh, as above.
+        // The tolerance covers the mesh error, as above.
         assert!((2e4 * load / expected - 1.0).abs() < 1e-3, "{u}: {load}");
     }
     assert_eq!(found.outcome.reason(), Some(EndReason::Event));
@@ -311,7 +311,7 @@ fn every_state_has_its_elastic_energy() {
     for (load, found) in curve["load"].iter().zip(&curve["elastic"]) {
         let square = (1.0 - 0.2 * load).powi(2);
         let exact = 0.02 * 0.01 * 0.5e4 * (square + 1.0 / square - 2.0);
-        // Newton's method converges to rounding.
+        // Newton's method converges up to rounding errors.
         assert!((found - exact).abs() < 1e-12 * curve["elastic"][4], "{load}: {found} {exact}");
     }
 }

@@ -164,7 +164,7 @@ fn one_block_in_many_files_deflects_alike() {
     ];
     for (name, content, group, scale) in &files {
         let found = deflection(content, group, *scale);
-        // Coordinates, and the order of sums, differ by rounding.
+        // The coordinates and the order of sums differ, which causes rounding errors.
         let error = found.as_ref().map_or(f64::NAN, |found| (found / exact - 1.0).abs());
         assert!(error < 1e-8, "{name}: {error:e} {found:?}");
     }
@@ -192,7 +192,8 @@ fn one_block_in_many_files_deflects_alike() {
     }
 }
 
-/// A surface and the volume have one name: keys of loads mean the surface, keys of materials the volume.
+/// Checks a surface and a volume with the same name: keys of loads refer to the surface, and keys of materials to the
+/// volume.
 #[test]
 fn a_name_of_two_groups_is_that_of_the_dimension_of_the_key() {
     let named = |names: [&'static str; 2]| {

@@ -74,7 +74,8 @@ fn elements_are_selected() {
     assert_eq!(tip(&text), tip(BLOCK));
 }
 
-/// The sides of the block: 1 m² left and right, 2 m² elsewhere. The half-space contains 2/3 of the length.
+/// Groups of the sides of the block, which have areas of 1 m² on the left and right, and 2 m² elsewhere. The half-space
+/// contains 2/3 of the length.
 const ENDS_AND_REST: &str = "[[group]]\nname = \"ends\"\ntype = \"union\"\ngroups = [\"left\", \"right\", \"left\"]
 [[group]]\nname = \"rest\"\ntype = \"half-space\"\npoint = [0.6666666666666666, 0.0, 0.0]\nnormal = [1.0, 0.0, 0.0]\n";
 
@@ -97,7 +98,7 @@ fn groups_are_combined() {
         (1.0 + 8.0 / 3.0, "difference", "[\"rest\", \"front\", \"back\"]"),
     ] {
         let found = area(kind, groups);
-        // Rounding of a sum of about 500 weights.
+        // The tolerance covers the rounding of a sum of about 500 weights.
         assert!((found - expected).abs() < 1e-12, "{kind} {groups}: {found}, not {expected}");
     }
 }
@@ -114,7 +115,7 @@ fn edges_are_combined() {
     for (group, length) in [("right half", 3.0), ("both", 3.0), ("rest", 2.0)] {
         let quadrature = space.quadrature(group).unwrap();
         let found: f64 = quadrature.iter().map(|(_, weight)| weight).sum();
-        // Rounding of a sum of about 30 weights.
+        // The tolerance covers the rounding of a sum of about 30 weights.
         assert!((found - length).abs() < 1e-13, "{group}: {found}");
     }
 }

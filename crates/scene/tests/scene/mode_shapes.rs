@@ -30,7 +30,7 @@ fn effective_masses_add_up_to_the_mass() {
             assert!((found.mass / mass - 1.0).abs() < 1e-14);
             for axis in 0..axes {
                 let sum: f64 = found.modes.iter().map(|mode| mode.effective_mass[axis]).sum();
-                // Rounding, amplified by the orthogonalization of a Krylov space.
+                // The tolerance covers rounding errors, amplified by the orthogonalization of a Krylov space.
                 assert!((sum / mass - 1.0).abs() < 1e-9, "{kappa} {axis}: {sum}");
             }
             let held = scene(mesh, kappa, "[[fixed]]\ngroup = \"left\"\n");
@@ -42,7 +42,8 @@ fn effective_masses_add_up_to_the_mass() {
     }
 }
 
-/// The first bending mode of a slender cantilever has 61.31 % of its mass (Euler–Bernoulli).
+/// Checks that the first bending mode of a slender cantilever has an effective mass of 61.31 % of the total mass
+/// (Euler–Bernoulli).
 #[test]
 fn a_cantilever_has_the_effective_mass_of_beam_theory() {
     let root = 1.875_104_068_711_961_f64;
@@ -80,7 +81,7 @@ fn a_run_writes_the_shapes() {
     for (k, mode) in modes.iter().enumerate() {
         let field = fields.iter().find(|field| field.name == format!("mode_{}", k + 1)).unwrap();
         assert_eq!(field.values.len(), 3 * mesh.points.len());
-        // One region, so that points are nodes.
+        // There is only one region, so the points are the nodes.
         let written = field.values.chunks(3).flat_map(|vector| &vector[..2]);
         assert!(written.eq(&mode.shape), "mode {}", k + 1);
     }
@@ -103,8 +104,8 @@ fn shapes_of_the_user_are_found_before_anything_is_written() {
     assert_eq!(std::fs::read_to_string(out.path().join("modes.vtu")).unwrap(), "mine");
 }
 
-/// Fibers that resist tension only have no linear vibration at rest; a preload that stretches them has one, unless its strain
-/// is smaller than in a vibration.
+/// Checks that fibers that resist only tension have no linear vibrations at rest. Under a preload that stretches them, they
+/// have linear vibrations, unless the strain is smaller than in a vibration.
 #[test]
 fn one_sided_fibers_at_rest_are_noted() {
     let laws = [
@@ -138,7 +139,7 @@ fn one_sided_fibers_at_rest_are_noted() {
     }
 }
 
-/// A load that oscillates adds its value at the time of the preload.
+/// Checks the note on an oscillating load, whose value at the time of the preload is part of the preload.
 #[test]
 fn an_oscillating_preload_is_noted() {
     let notes = |load: &str| {

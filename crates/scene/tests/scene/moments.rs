@@ -10,9 +10,9 @@ use num_complex::Complex64;
 use crate::contact::{last, tables_in};
 use crate::friction::block;
 
-/// Point of the moments, m.
+/// Point about which moments are computed, m.
 const ABOUT: [f64; 3] = [0.1, -0.2, 0.07];
-/// Traction along y and (in the plane) x, (in space) z, Pa.
+/// Traction along y, and along x (in the plane) or z (in space), Pa.
 const TRACTION: [f64; 2] = [-400.0, 150.0];
 
 /// Returns arm × force; in the plane its third component.
@@ -58,8 +58,8 @@ fn bar(dimension: usize, head: &str, traction: &str) -> (String, f64, Vec<f64>) 
 
 const CLAMPED: &str = "[[fixed]]\ngroup = \"left\"\n";
 
-/// Checks that a bar with large bending is in equilibrium of moments on the deformed body. The internal forces of symmetric stresses
-/// have no moment, so that only the residual of the equilibrium remains: rounding and, in time, less than a hundredth of the integrator's
+/// Checks the balance of moments on the deformed body for a bar with large bending. The internal forces of symmetric stresses have no
+/// moment, so that only the residual of the equilibrium remains: rounding and, in time, less than a hundredth of the integrator's
 /// tolerance of 1e-3.
 #[test]
 fn a_clamp_balances_the_moment_of_the_load() {
@@ -124,8 +124,7 @@ fn contact_and_clamp_are_in_equilibrium_of_moments() {
 }
 
 /// Checks the amplitude of the moment about a preload: the load f₀ + f̂ at x + û has the moment x × f̂ + û × f₀. The supports are rollers,
-/// whose preload forces move along. Overstress has relaxed. Only rounding errors
-/// remain.
+/// and their preload forces move with the body. Overstress has relaxed. Only rounding errors remain.
 #[test]
 fn moments_of_small_vibrations_balance_about_a_preload() {
     let prony = "prony = [{ relative_modulus = 0.4, relaxation_time = 0.5 }]\n";

@@ -8,7 +8,7 @@ use myovib_scene::run::{RunOptions, compute};
 
 use crate::contact::{column, tables_in};
 
-/// Rotations of both ends of a body, static or in time, with a probe away from the axis.
+/// Returns a scene that rotates both ends of a body, static or in time, with a probe away from the axis.
 fn turned(head: &str, mesh: &str, axis: &str, angle: &str, at: &str) -> String {
     let ends = ["left", "right"].map(|group| {
         format!(
@@ -33,7 +33,8 @@ fn rotated(x: [f64; 3], point: [f64; 3], e: [f64; 3], angle: f64) -> [f64; 3] {
     [0, 1, 2].map(|i| point[i] + cos * r[i] + sin * cross[i] + (1.0 - cos) * along * e[i])
 }
 
-/// A body whose ends rotate about one axis rotates without stress, under each part of the angle and in time.
+/// Checks that a body whose ends rotate about one axis rotates without stress, under each part of the angle and in
+/// time.
 #[test]
 fn a_rotation_of_all_supports_is_rigid() {
     let loads = "analysis = \"static\"\n[static]\nloads = [0.5, 1.0]\n";
@@ -67,7 +68,8 @@ fn a_rotation_of_all_supports_is_rigid() {
             let to = rotated(at, point, e, 3.0 * part);
             for (i, name) in ["u_x", "u_y", "u_z"].iter().take(dimension).enumerate() {
                 let error = column(&middle, name)[row] - (to[i] - at[i]);
-                // Newton's method; in time, the tolerance 1e-3 of displacements of 0.1 m.
+                // The bounds are the error of Newton's method and, in time, the tolerance of 1e-3 for displacements of
+                // 0.1 m.
                 let bound = if head == loads { 1e-10 } else { 1e-4 };
                 assert!(error.abs() < bound, "{mesh} {part} {name}: {error:e}");
             }
@@ -77,7 +79,8 @@ fn a_rotation_of_all_supports_is_rigid() {
     }
 }
 
-/// Checks a body that rotates by a full turn, far from the axis. Each step has 0.2 rad, the limit of displacement gradients.
+/// Checks a body that rotates by a full turn, far from the axis. Each step rotates it by 0.2 rad, the limit for displacement
+/// gradients.
 #[test]
 fn a_full_turn_takes_steps_of_its_angle() {
     let rectangle = "type = \"rectangle\"\nwidth = 0.03\nheight = 0.01\ncells = [3, 1]\n";
@@ -92,14 +95,14 @@ fn a_full_turn_takes_steps_of_its_angle() {
     assert_eq!(steps, (std::f64::consts::TAU / 0.2).ceil() as u64);
 }
 
-/// Checks rotations along a path by arc length, and with inertia, whose forces vanish at the end.
+/// Checks rotations along an arc-length path, and rotations with inertia, whose forces vanish at the end.
 #[test]
 fn a_rotation_by_arc_length_and_with_inertia_reaches_its_angle() {
     let rectangle = "type = \"rectangle\"\nwidth = 0.03\nheight = 0.01\ncells = [3, 1]\n";
     let arc = "analysis = \"static\"\n[static]\nmethod = \"arc-length\"\n";
     let smooth = "{ type = \"step\", value = 0.5, rise = 1.0 }";
     let (at, point) = ([0.015, 0.01, 0.0], [0.01, -0.02, 0.0]);
-    // Rounding of displacements of 0.01 m, and the tolerance of the integrator.
+    // The tolerances cover the rounding of displacements of 0.01 m, and the tolerance of the integrator.
     let motion = "[time]\nend = 2.0\n[integrator]\nrtol = 1e-4\n";
     for (head, angle, bound) in [(arc, "0.5", 1e-14), (motion, smooth, 1e-4 * 0.01)] {
         let text = turned(head, rectangle, "point = [0.01, -0.02]", angle, "[0.015, 0.01]");
@@ -112,7 +115,8 @@ fn a_rotation_by_arc_length_and_with_inertia_reaches_its_angle() {
     }
 }
 
-/// An axis given to rounding errors moves nodes along itself by rounding errors only, which agrees with fixed components.
+/// Checks that an axis with rounding errors is compatible with fixed components, because it moves nodes along itself only
+/// by rounding errors.
 #[test]
 fn an_axis_to_rounding_agrees_with_fixed_components() {
     let cuboid = "type = \"box\"\nsize = [0.03, 0.01, 0.01]\ncells = [2, 1, 1]\n";
@@ -122,7 +126,7 @@ fn an_axis_to_rounding_agrees_with_fixed_components() {
     Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
 }
 
-/// Checks that an axis that does not fit the mesh gives an error with its line.
+/// Checks that an axis that is incompatible with the mesh gives an error with its line.
 #[test]
 fn axes_of_rotations_are_checked() {
     let head = "analysis = \"static\"\n";
@@ -140,8 +144,8 @@ fn axes_of_rotations_are_checked() {
     }
 }
 
-/// The acceleration of a support is linear between the rows of its table, and its displacement is the integral: both to rounding.
-/// Values relative to the support are differences.
+/// Checks that the acceleration of a support is linear between the rows of its table, and that its displacement is the integral,
+/// both up to rounding errors. Values relative to the support are differences.
 #[test]
 fn a_support_follows_a_measured_acceleration() {
     let folder = tempfile::tempdir().unwrap();
@@ -166,14 +170,15 @@ fn a_support_follows_a_measured_acceleration() {
         + &probe("end_relative", "type = \"average\"\ngroup = \"right\"\nrelative_to = \"left\"\n");
     let [support, tip, relative, end, end_relative] =
         tables_in(&text, folder.path(), ["support", "tip", "relative", "end", "end_relative"]);
-    // A load is not given by an acceleration.
+    // A load cannot be given by an acceleration.
     let load = text.replace(
         "[[prescribed_displacement]]\ngroup = \"left\"\nx = 0.0\n",
         "[[fixed]]\ngroup = \"left\"\n[[traction]]\ngroup = \"right\"\n",
     );
     let error = Scene::build("scene.toml", &load, &[], folder.path()).unwrap_err();
     assert!(error.to_string().contains("acceleration"), "{error}");
-    // From t = 0, where the acceleration is 0: the trapezoidal rule, and exact integrals of lines.
+    // The integration starts at t = 0, where the acceleration is 0. It uses the trapezoidal rule and exact integrals of
+    // straight lines.
     let exact = |t: f64| {
         let rows = [(0.0, 0.0), (0.01, 3.0), (0.02, -1.0), (0.05, 0.5)];
         let (mut u, mut v, mut own) = (0.0, 0.0, 0.0);

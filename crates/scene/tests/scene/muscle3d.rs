@@ -108,13 +108,13 @@ fn the_muscle_in_space_contracts_and_vibrates_for_two_seconds() {
     assert!(apart < 1e-3 * size, "{apart:e} of {size:e}");
     let (y, w) = alone.split_at(n);
     let expected = Coherence::new(&chain.chain.omega, y, w);
-    // Ψ| and |χ| at the end: the vibration has locked the oscillators.
+    // These are |Ψ| and |χ| at the end, when the vibration has locked the oscillators.
     let [_, strength, _, coherent] = coherence.last().unwrap()[..] else { panic!("{coherence:?}") };
     assert!((strength / expected.centroid.norm() - 1.0).abs() < 1e-3);
     assert!((coherent - expected.phase.norm()).abs() < 1e-3);
     assert!(coherent > 0.9, "{coherent}");
 
-    // Tolerances ten times tighter.
+    // This scene has tolerances that are ten times tighter.
     let tight = changed(&probes, "\nrtol = 1e-3", "\nrtol = 1e-4");
     let tight = changed(&tight, "{ rtol = 1e-3, atol = 1e-5 }", "{ rtol = 1e-4, atol = 1e-6 }");
     let tight =

@@ -18,7 +18,7 @@ const RTOL: f64 = 1e-6;
 /// A force, N/m, that rises smoothly to its value.
 const RAMP: &str = "{ type = \"step\", value = 40.0, rise = 0.2 }";
 
-/// A viscoelastic block under the plate, compressible and without friction at its sides.
+/// Returns a viscoelastic block under the plate, compressible and without friction at its sides.
 fn block(head: &str, contact: &str) -> String {
     let material =
         "shear_modulus = 1e4\nprony = [{ relative_modulus = 0.5, relaxation_time = 0.3 }]";
@@ -30,7 +30,7 @@ fn run(text: &str, probes: [&str; 2]) -> [Table; 2] {
     tables_in(text, Path::new(""), probes)
 }
 
-/// The block is homogeneous, so a plate with a force has the pressure of a traction, and its creep.
+/// Checks that a plate with a force has the same pressure and creep as a traction, because the block is homogeneous.
 #[test]
 fn a_block_creeps_under_a_plate_as_under_a_traction() {
     let head = "analysis = \"quasi-static\"\n[time]\nend = 1.0\n";
@@ -57,7 +57,7 @@ fn a_block_creeps_under_a_plate_as_under_a_traction() {
     assert!((depth - penetration + found[found.len() - 1]).abs() < 1e-9);
 }
 
-/// A block under a ball with a force that rises slowly.
+/// Returns a block under a ball with a force that rises slowly.
 fn ball(head: &str, bulk_modulus: &str) -> String {
     let text = pressed(head, &format!("force = {RAMP}\ndirection = [0.0, -1.0]"));
     text.replace("inf", bulk_modulus).replace("cells = [6, 3]", "cells = [2, 1]").replace(
@@ -66,8 +66,8 @@ fn ball(head: &str, bulk_modulus: &str) -> String {
     ) + "[[probe]]\nname = \"energy\"\ntype = \"energy\"\n"
 }
 
-/// The ball indents the block in a motion as deep as in an equilibrium, even with inertia: in all formulations, by both methods, and
-/// with chains whose feedback is too weak to matter.
+/// Checks that the ball indents the block in a motion as deeply as in an equilibrium, even with inertia: in all formulations, by
+/// both methods, and with chains whose feedback is too weak to matter.
 #[test]
 fn slow_indentation_by_a_force_ends_in_its_equilibrium() {
     let depth = |bulk_modulus: &str, formulation: &str| {
@@ -103,8 +103,8 @@ fn slow_indentation_by_a_force_ends_in_its_equilibrium() {
         let work = last(&energy, "work");
         let imbalance = column(&energy, "imbalance");
         let imbalance = imbalance.iter().fold(0.0_f64, |most, own| most.max(own.abs()));
-        // The damping exp(−20 t) of 0.6 s after the rise leaves at most this part of the vibration. The guide expects
-        // errors of at least 10 tolerances of BDF.
+        // In 0.6 s after the rise, the damping exp(−20 t) reduces the vibration to at most this fraction. The guide
+        // expects errors of at least 10 tolerances of BDF.
         let vibration = (-20.0_f64 * 0.6).exp();
         assert!(error.abs() < rtol + vibration, "{formulation} {method}: {error:e}");
         assert!(
@@ -114,7 +114,7 @@ fn slow_indentation_by_a_force_ends_in_its_equilibrium() {
     }
 }
 
-/// A fit of the depth in time has no derivatives.
+/// Checks that a fit of the depth in time is rejected, because the depth has no derivatives.
 #[test]
 fn sensitivities_of_motions_need_given_displacements() {
     let text =
@@ -124,7 +124,8 @@ fn sensitivities_of_motions_need_given_displacements() {
     assert_eq!((feature, &*key), (Unsupported::ObstacleForce, "contact[0].force"));
 }
 
-/// Friction needs the velocity of the obstacle, and a response its stiffness.
+/// Checks that friction is rejected, which needs the velocity of the obstacle, and a response, which needs its
+/// stiffness.
 #[test]
 fn invalid_forces_in_time_are_rejected() {
     let force = "force = 1.0\ndirection = [0.0, -1.0]";
@@ -186,7 +187,7 @@ fn a_displacement_at_the_start_places_an_obstacle() {
     }
 }
 
-/// Regression: the named remedies did not help a body that an obstacle enters at rest.
+/// Regression: the recommended remedies did not help if an obstacle was inside the body at rest.
 #[test]
 fn an_obstacle_in_the_unloaded_body_is_named_and_can_be_moved_in() {
     let within = pressed(STATIC, "").replace("point = [0.0, 0.01]", "point = [0.0, 0.008]");
@@ -276,7 +277,7 @@ fn a_disk_that_moves_away_is_refused() {
     }
 }
 
-/// Checks that a contact incompatible with the mesh gives one error, with its key.
+/// Checks that a contact that is incompatible with the mesh gives one error, with its key.
 #[test]
 fn obstacles_that_do_not_fit_are_rejected() {
     let text = pressed("[time]\nend = 1.0\n", "");

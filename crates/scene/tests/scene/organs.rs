@@ -32,9 +32,9 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/organs")
 }
 
-/// Nearly incompressible bodies deflect as incompressible ones, except for a part of about the ratio of the moduli, 5e-3; the
-/// test allows twice that. A pressure around an incompressible body adds to its own pressure and does not deform it, within
-/// ten of the last relative increments of Newton's method, 1e-9.
+/// Checks that nearly incompressible bodies deflect like incompressible ones, except for a fraction of about the ratio of the
+/// moduli, 5e-3; the test allows twice that. A pressure around an incompressible body adds to its own pressure and does not
+/// deform it, up to ten times the last relative increment of Newton's method, 1e-9.
 #[test]
 fn organs_deflect_alike_with_large_and_infinite_bulk_modulus() {
     const OUTER: f64 = 150.0;
@@ -55,11 +55,11 @@ fn organs_deflect_alike_with_large_and_infinite_bulk_modulus() {
     }
 }
 
-/// Regression: the mass was computed with straight edges, 3 % less.
+/// Regression: the mass was computed with straight edges and was 3 % too small.
 #[test]
 fn a_body_with_curved_elements_has_the_mass_of_its_volume() {
     let scene = Scene::build("scene.toml", &organ("ventricle", "inf"), &[], &folder()).unwrap();
     let size = Size::of(&scene.body.unwrap().muscle);
-    // Rounding of sums over about 500 elements.
+    // The tolerance covers the rounding of sums over about 500 elements.
     assert!((size.mass / (1e3 * size.volume) - 1.0).abs() < 500.0 * f64::EPSILON, "{size:?}");
 }

@@ -108,14 +108,14 @@ fn a_body_follows_its_supports_over_any_distance() {
             moved("right")
         );
         let found = run(&bar);
-        // A few rounding errors of the distance.
+        // The tolerance covers a few rounding errors of the distance.
         assert!((result(&found, "middle", "u_x") - distance).abs() < 1e-13 * distance);
         assert_eq!(found.document["load_steps"], 1, "{cells} cells, {distance} m");
         assert!(found.document["newton_iterations"].as_u64().unwrap() <= 2);
     }
 }
 
-/// Returns a square fixed on its left, with further tables for displacements or loads.
+/// Returns a square fixed on its left, with additional tables for displacements or loads.
 fn square(rest: &str) -> String {
     format!(
         "[time]\nend = 10.0\n[mesh]\ntype = \"rectangle\"\nwidth = 0.1\nheight = 0.3\ncells = [2, 6]\n[solid]\n\
@@ -185,7 +185,7 @@ fn inverted_elements_end_a_static_run_and_implausible_volumes_are_noted() {
     assert_eq!(reason(&inverted), Some(EndReason::Inverted));
     let allowed = squeezed(0.51, 1e5, "allow_inverted = true\n");
     assert_eq!((reason(&allowed), allowed.notes.len()), (None, 1));
-    // det F from 0.4 to 1.
+    // In these runs, det F is between 0.4 and 1.
     for (kappa, notes) in [(1.1e6, 1), (0.9e6, 0)] {
         let found = squeezed(0.3, kappa, "");
         assert_eq!((reason(&found), found.notes.len()), (None, notes), "{kappa}");
@@ -228,7 +228,7 @@ fn inverted_elements_end_a_motion() {
     let number = |run: &RunResult, key: &str| run.document[key].as_f64().unwrap();
     let (t, inverted) =
         (number(&ended, "t_reached"), ended.document["inversion"]["t"].as_f64().unwrap());
-    // The step is 1/(2 × 0.51) of its value at t = 0.866.
+    // The step function reaches 1/(2 × 0.51) of its value at t = 0.866.
     assert!(0.866 < inverted && inverted <= t && t < 1.0);
     assert_eq!(allowed.document["inversion"]["t"].as_f64().unwrap(), inverted);
     let steps = |run: &RunResult| run.document["steps"].as_u64().unwrap();

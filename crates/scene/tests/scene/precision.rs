@@ -36,7 +36,7 @@ quantities = ["u"]
 interval = 0.01
 "#;
 
-/// A beam with a length of a thousand heights: with long steps, the condition number of its matrices exceeds the
+/// A beam that is a thousand times as long as high. With long steps, the condition number of its matrices exceeds the
 /// digits of single precision.
 const SLENDER: &str = r#"
 [time]

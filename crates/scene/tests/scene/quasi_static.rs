@@ -95,8 +95,8 @@ fn a_stretched_strip_relaxes_as_its_prony_term_says() {
     for [t, found] in rows {
         let (l, s, h) = (stretch(t), stresses(stretch(t)), overstress(t));
         let exact = force(l, [s[0] + h[0], s[1] + h[1]]);
-        // Three times the default relative tolerance of 1e-4 of the largest force.
-        // The left end is pulled to the left.
+        // The tolerance is three times the default relative tolerance, 1e-4 of the largest force. The left end is
+        // pulled to the left.
         assert!((found + exact).abs() < 3e-4 * 100.0, "{t}: {found} {exact}");
     }
 }
@@ -118,7 +118,7 @@ fn a_kelvin_voigt_strip_creeps() {
     for (k, [_, found]) in rows.into_iter().enumerate() {
         let exact = 0.1 * (l - 1.0);
         assert!((found - exact).abs() < 3e-4 * 0.03, "{k}: {found} {exact}");
-        // Runge–Kutta steps to the next row; their error is far below the tolerance.
+        // Runge–Kutta steps lead to the next row. Their error is far below the tolerance.
         for i in 0..100 {
             let t = 0.1 * k as f64 + h * f64::from(i);
             let a = rate(t, l);
@@ -153,7 +153,7 @@ fn a_viscous_strip_follows_a_ramp_from_the_start() {
             };
             let l = stretch(t);
             let exact = WIDTH * (G * (l - l.powi(-3)) + eta * rate * (l * l + l.powi(-6)));
-            // Three times the default relative tolerance of 1e-4 of the largest force.
+            // The tolerance is three times the default relative tolerance, 1e-4 of the largest force.
             assert!((found + exact).abs() < 3e-4 * 100.0, "{head}{bulk} {t}: {found} {exact}");
         }
     }
@@ -185,13 +185,13 @@ fn forces_and_work_are_exact_at_kinks_of_a_support_motion() {
             };
             let viscous = viscosity * rate * (l * l + l.powi(-6));
             let exact = WIDTH * (G * (l - l.powi(-3)) + viscous);
-            // Three times the default relative tolerance of 1e-4 of the largest force.
+            // The tolerance is three times the default relative tolerance, 1e-4 of the largest force.
             assert!((found + exact).abs() < 3e-4 * 100.0, "{viscosity} {t}: {found} {exact}");
         }
         let work =
             curve(&text, "energy", "work").into_iter().fold(0.0, |m: f64, row| m.max(row[1]));
         for [t, imbalance] in curve(&text, "energy", "imbalance") {
-            // The default relative tolerance.
+            // The bound is the default relative tolerance.
             assert!(imbalance.abs() < 1e-4 * work, "{viscosity} {t}: {imbalance:e} of {work:e}");
         }
     }
@@ -213,7 +213,7 @@ fn a_muscle_with_force_velocity_relation_contracts_from_no_tension() {
     ] {
         let (slow, free) = (last(", force_velocity = { v_max = 4.0 }", rise), last("", rise));
         assert!(free < -0.005, "{free}");
-        // Three times the default relative tolerance.
+        // The tolerance is three times the default relative tolerance.
         assert!((slow / free - 1.0).abs() < 3e-4, "{rise}: {slow} {free}");
     }
 }
@@ -225,7 +225,7 @@ fn a_load_may_be_sudden_where_viscosity_balances_it() {
     let pull = |value: &str| format!("[[traction]]\ngroup = \"right\"\nx = {value}");
     let text = strip(QUASI_STATIC, "viscosity = 4e3", "inf", &pull("4e3"));
     let force = curve(&text, "force", "R_x");
-    // The force equals the load at any time; three times the default relative tolerance.
+    // The force equals the load at any time, up to three times the default relative tolerance.
     assert!(force.iter().all(|row| (row[1] + 40.0).abs() < 3e-4 * 40.0), "{force:?}");
     let end = curve(&text, "end", "u_x");
     assert_eq!(end[0][1], 0.0);
@@ -317,7 +317,8 @@ fn a_rigid_motion_is_refused() {
     assert!(!out.path().join("out").exists());
 }
 
-/// Checks a published ligament, with a negative c01 and five Prony terms, under cyclic strain. Regression: 50 414 steps.
+/// Checks a published ligament, with a negative c01 and five Prony terms, under cyclic strain. Regression: the run took
+/// 50 414 steps.
 #[test]
 fn a_ligament_under_cyclic_strain_takes_a_few_steps_per_ramp() {
     const RAMPS: u32 = 20;
@@ -351,7 +352,7 @@ fn a_ligament_under_cyclic_strain_takes_a_few_steps_per_ramp() {
         let force = std::fs::read_to_string(out.path().join("force.csv")).unwrap();
         (run.document["steps"].as_u64().unwrap(), Table::parse(&force).unwrap())
     };
-    // Each ramp excites the relaxation with five times again: two to three steps for each decade of time.
+    // Each ramp excites the five relaxation times again, which takes two to three steps for each decade of time.
     let (steps, _) = run("5e9", 1e-4);
     assert!(steps < u64::from(15 * RAMPS), "{steps}");
     let (_, force) = run("inf", RTOL);

@@ -14,7 +14,7 @@ use myovib_scene::run::{RunOptions, compute};
 use rand::prelude::*;
 use rand_chacha::ChaCha8Rng;
 
-/// End time of all scenes in s.
+/// End time (s) of all scenes.
 const T_END: f64 = 1.0;
 
 /// Maximum ratio of the error to the error expected from the tolerance.
@@ -45,7 +45,7 @@ fn error_ratio(drawn: &RandomScene, folder: &Path, rtol: f64) -> Option<f64> {
         result.document["reason"].is_null().then_some(rows)
     };
     let (rows, exact) = (integrate("run", &[])?, integrate("reference", &drawn.reference())?);
-    // Half the number of turning points of u_y.
+    // The number of periods is half the number of turning points of u_y.
     let differences = exact.windows(2).map(|pair| pair[1][2] - pair[0][2]);
     let moving: Vec<f64> = differences.filter(|d| *d != 0.0).collect();
     let turns = moving.windows(2).filter(|pair| pair[0] * pair[1] < 0.0).count();

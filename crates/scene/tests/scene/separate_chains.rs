@@ -164,7 +164,7 @@ fn compare(one: &[Vec<f64>], other: &[Vec<f64>], columns: &[usize]) -> [f64; 2] 
     found
 }
 
-/// Sets a flag after a number of steps.
+/// Progress sink that sets a flag after a number of steps.
 pub(crate) struct Interrupt(pub(crate) AtomicU32, pub(crate) &'static AtomicBool);
 
 impl ProgressSink for Interrupt {
@@ -228,7 +228,8 @@ fn a_stop_within_a_step_of_the_body_ends_the_chains_there() {
     }
 }
 
-/// Checks oscillators that perform several steps within one step of the body, so that |Ψ| has several peaks in it.
+/// Checks oscillators that perform several steps within one step of the body, so that |Ψ| has several peaks in that
+/// step.
 #[test]
 fn the_amplitude_of_a_chain_ends_a_run_within_a_step_of_the_body() {
     let folder = tempfile::tempdir().unwrap();

@@ -265,7 +265,7 @@ fn a_buckled_column_stays_on_its_branch() {
     assert!(continued[2].2 && continued[2].0 > 0.9 * continued[1].0, "{continued:?}");
 }
 
-/// A case with another mesh than its neighbor starts from the unloaded body.
+/// Checks that a case whose mesh differs from its neighbor's mesh starts from the unloaded body.
 #[test]
 fn a_case_without_a_neighboring_equilibrium_starts_from_rest() {
     let vary = ["mesh.cells=[10,2],[12,2]"];
@@ -274,7 +274,7 @@ fn a_case_without_a_neighboring_equilibrium_starts_from_rest() {
     assert_eq!(rest, continued);
 }
 
-/// A motion starts from its initial state, and a loading path from the unloaded body.
+/// Checks that a motion starts from its initial state, and a loading path from the unloaded body.
 #[test]
 fn scenes_of_several_states_do_not_start_from_a_neighbor() {
     let folder = tempfile::tempdir().unwrap();

@@ -15,8 +15,8 @@ const SYSTEMS: [[f64; 3]; 6] = [
     [1e-6, 1e-6, 1e-12],
 ];
 
-/// Returns the number of steps of a soft beam released under a part of its weight, and the
-/// deflection of its end in m. `damping` in s.
+/// Returns the number of steps of a soft beam released under a part of its weight, and the deflection of its end in m.
+/// `damping` is in s.
 fn released(units: [f64; 3], method: &str, damping: f64) -> (u64, f64) {
     released_within(units, method, damping, 1e-4)
 }

@@ -53,8 +53,7 @@ fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     squares.sum::<f64>().sqrt()
 }
 
-/// Returns the mean distance of two curves from row `from` on, relative to the largest displacement
-/// of the second.
+/// Returns the mean distance between two curves from row `from` on, relative to the largest displacement of the second.
 fn deviation(curve: &[[f64; 3]], other: &[[f64; 3]], from: usize) -> f64 {
     let largest = other.iter().map(|u| distance(u, &[0.0; 3]));
     let largest = largest.fold(0.0, f64::max);
@@ -89,8 +88,7 @@ fn curve(table: &Value, point: &str) -> Vec<[f64; 3]> {
     serde_json::from_value(table[point].clone()).unwrap()
 }
 
-/// Returns the largest distance of two curves over their common times, relative to the largest
-/// displacement.
+/// Returns the largest distance between two curves over their common times, relative to the largest displacement.
 fn error(curve: &[[f64; 3]], other: &[[f64; 3]]) -> f64 {
     let largest = other.iter().map(|u| distance(u, &[0.0; 3]));
     let largest = largest.fold(0.0, f64::max);
@@ -105,7 +103,7 @@ fn the_ventricle_begins_to_contract_as_in_a_tighter_run() {
     let Run { document, curves, cavity } = run("ventricle-coarse", "0.19");
     for (point, ours) in POINTS.iter().zip(&curves) {
         let reference = curve(&reference(), point);
-        // The rtol of the scene.
+        // The tolerance is the rtol of the scene.
         assert!(error(ours, &reference) < 1e-3, "{point}");
         assert!(distance(&ours[19], &[0.0; 3]) > 4e-3, "{point}: {:?}", ours[19]);
     }
@@ -138,11 +136,11 @@ fn the_beat_is_that_of_other_programs() {
     for ((point, ours), (other, from_codes)) in found {
         let tighter = curve(&reference(), point);
         assert_eq!((ours.len(), tighter.len()), (101, 101));
-        // The rtol of the scene.
+        // The tolerance is the rtol of the scene.
         let error = error(ours, &tighter);
         println!("{point}: own error in time {error:.1e}");
         assert!(error < 1e-3, "{point}: {error}");
-        // 0.2 %, because the error of the time integration is below 2e-5 m up to 0.3 s.
+        // The tolerance is 0.2 %, because the error of the time integration is below 2e-5 m up to 0.3 s.
         let apart = distance(&ours[48], &other.map(|x| 1e-3 * x));
         assert!(apart < 6e-5, "{point}: {apart}");
         // The published values have two digits, so an error of 1e-3 is small.
@@ -164,12 +162,12 @@ fn the_beat_on_the_fine_mesh_is_that_of_ten_codes() {
     let Run { document, curves, .. } = run("ventricle", "1.0");
     assert_eq!(document["unknowns"], 184_007);
     assert!(document["steps"].as_u64().unwrap() <= 200);
-    // The second largest of the ten codes.
+    // The limits are the second-largest values of the ten codes.
     for ((point, ours), largest) in POINTS.iter().zip(&curves).zip([0.30, 0.38]) {
         let mean = curve(&codes()["mean"], point);
         let [deviation, relative] = [deviation(ours, &mean, 17), relative_deviation(ours, &mean)];
         println!("{point}: mean deviation {deviation:.4}, RED {relative:.4}");
-        // Below the deviation of the coarse mesh, 0.065.
+        // The limit is below the deviation of the coarse mesh, 0.065.
         assert!(deviation < 0.05, "{point}: {deviation}");
         assert!(relative < largest, "{point}: {relative}");
     }
@@ -179,7 +177,7 @@ fn the_beat_on_the_fine_mesh_is_that_of_ten_codes() {
         assert_eq!((ours.len(), tighter.len()), (101, 101));
         let error = error(ours, tighter);
         println!("{point}: own error in time {error:.1e}");
-        // The rtol of the scene.
+        // The tolerance is the rtol of the scene.
         assert!(error < 1e-3, "{point}: {error}");
     }
 }

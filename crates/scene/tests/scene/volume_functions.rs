@@ -9,7 +9,7 @@ use crate::contact::{column, last, tables_in};
 const BULK_MODULUS: f64 = 4e4;
 const PRESSURE: f64 = 2e4;
 
-/// A cube on three planes of symmetry under a pressure on its other faces.
+/// Returns a cube on three planes of symmetry under a pressure on its other faces.
 fn compressed(formulation: &str, energy: &str) -> String {
     let planes = [("left", "x"), ("front", "y"), ("bottom", "z")].map(|(group, axis)| {
         format!("[[fixed]]\ngroup = \"{group}\"\ncomponents = [\"{axis}\"]\n")
@@ -29,7 +29,7 @@ fn compressed(formulation: &str, energy: &str) -> String {
 /// Under a pressure P, the derivative of the volumetric energy with respect to J is −P.
 #[test]
 fn a_cube_under_pressure_has_the_volume_of_its_energy() {
-    // −κ ln(J)/J = P by bisection.
+    // The bisection solves −κ ln(J)/J = P.
     let (mut low, mut high) = (0.5_f64, 1.0_f64);
     for _ in 0..f64::MANTISSA_DIGITS {
         let middle = 0.5 * (low + high);
@@ -49,7 +49,8 @@ fn a_cube_under_pressure_has_the_volume_of_its_energy() {
             let pressure = last(&corner, "p");
             // p is −κ g(J), and the pressure on the deformed faces its product with g'(J).
             let slope = if energy == "logarithmic" { 1.0 / exact } else { 1.0 };
-            // Newton's increments are below 1e-9 at the end, and the error is about their square. Rounding remains.
+            // The last Newton increments are below 1e-9, and the error is about their square, so only rounding errors
+            // remain.
             for ratio in [volume / exact, slope * pressure / PRESSURE] {
                 assert!((ratio - 1.0).abs() < 1e-12, "{energy} {formulation}: {ratio}");
             }

@@ -50,8 +50,8 @@ fn corner(scene: &Scene) -> [f64; 4] {
 fn assert_close(found: &[f64], expected: &[f64]) {
     assert_eq!(found.len(), expected.len());
     for (a, b) in found.iter().zip(expected) {
-        // The state is in the elements' space. The Newton iteration ends at 1e-9 of displacement
-        // and pressure, and tangents are below a hundred Pa.
+        // The exact state is in the finite element space. The Newton iteration ends at 1e-9 of displacement and
+        // pressure, and tangents are below a hundred Pa.
         let error = (a - b).abs();
         assert!(error < 1e-8 * b.abs().max(1.0), "{found:?} {expected:?}");
     }
@@ -114,7 +114,7 @@ fn an_incompressible_cube_is_sheared() {
         };
         let pressure = pressure_of_free_axis([c10, c01], 1.0, [3.0 + k * k; 2]);
         assert_close(&found("side", &["u_x", "u_y", "u_z", "p"]), &[0.5 * k, 0.0, 0.0, pressure]);
-        // On 1 m² with outward normal -e_y.
+        // The force acts on 1 m² with the outward normal -e_y.
         assert_close(
             &found("plate", &["R_x", "R_y", "R_z"]),
             &[-2.0 * k * (c10 + c01), 2.0 * c01 * k * k, 0.0],
@@ -169,7 +169,7 @@ fn an_incompressible_cube_is_pulled_along_and_across_its_fibers() {
             (pulled("[0, 1, 0]", across(l)), [l, m, 1.0 / (l * m)]),
         ] {
             for (found, expected) in found.iter().zip(expected) {
-                // The state is in the elements' space. The Newton iteration ends at 1e-9 of the
+                // The exact state is in the finite element space. The Newton iteration ends at 1e-9 of the
                 // displacement.
                 assert!((found - expected).abs() < 1e-8, "{l}: {found} {expected}");
             }

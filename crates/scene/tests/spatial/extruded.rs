@@ -13,7 +13,7 @@ use crate::results;
 const THICKNESS: f64 = 6e-3;
 
 /// Returns u_y and p in the middle of the muscle under a load of 600 Pa on its patch. The deflection is a fifteenth of
-/// its width.
+/// the width of the muscle.
 fn equilibrium(mesh: &Path, refine: usize, supports: &str) -> [f64; 2] {
     let name = mesh.file_name().unwrap().to_str().unwrap();
     let at = if supports.is_empty() { "[0.0, 0.0]" } else { "[0.0, 0.0, 2e-3]" };
@@ -49,7 +49,7 @@ at = {at}
     ["u_y", "p"].map(|name| results["origin"][name].as_f64().unwrap())
 }
 
-/// Extrudes a mesh. Each triangle becomes a prism, and each prism three tetrahedra. The diagonal of a side that
+/// Extrudes a mesh. Each triangle becomes a prism, and each prism becomes three tetrahedra. The diagonal of a side that
 /// neighbors share leads from the bottom vertex with the lower number to the top vertex with the higher number.
 fn extruded(plane: &Mesh) -> String {
     let n = plane.n_points();

@@ -62,7 +62,8 @@ fn keys_of_the_other_dimension_are_rejected() {
     }
 }
 
-/// Checks that this law is rejected with a pressure field, because its pressure differs from −κ (J − 1).
+/// Checks that St. Venant–Kirchhoff's law is rejected with a pressure field, because the pressure of the law differs
+/// from −κ (J − 1).
 #[test]
 fn st_venant_kirchhoff_is_for_displacements_alone() {
     const LAW: &str = "law = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\nc01 = 2e2";
@@ -160,8 +161,8 @@ fn missing_and_invalid_fiber_directions_are_rejected() {
     assert_eq!(echo["material"][0]["k"], "inf");
 }
 
-/// Returns a mesh file of two tetrahedra on one face, with fibers at their vertices. `line` of the
-/// file becomes `to`.
+/// Returns a mesh file of two tetrahedra on one face, with fibers at their vertices. The `line` of the file is replaced
+/// by `to`.
 fn mesh_file(line: &str, to: &str) -> String {
     let text = "\
 $MeshFormat\n4.1 0 8\n$EndMeshFormat\n\

@@ -32,7 +32,7 @@ pub(super) struct Entity {
     pub(super) groups: Vec<usize>,
     /// Element type.
     pub(super) kind: usize,
-    /// Numbers of nodes from 0.
+    /// Zero-based node indices of the elements.
     pub(super) elements: Vec<Vec<usize>>,
 }
 

@@ -1,4 +1,4 @@
-//! Remedies that messages about meshes name, applied by Gmsh.
+//! Checks the remedies that messages about meshes recommend, by applying them with Gmsh.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -10,9 +10,10 @@ const HALVES: &str = "SetFactory(\"OpenCASCADE\");\nBox(1) = {0, 0, 0, 0.05, 0.0
                       Box(2) = {0.05, 0, 0, 0.05, 0.02, 0.02};\nMesh.MeshSizeMax = 0.01;\n";
 
 const GRID: &str = "Transfinite Surface {:};\nTransfinite Volume {:};\n";
-/// Coordinates, and the order of sums, differ by rounding.
+/// Tolerance for rounding errors, because the coordinates and the order of sums differ.
 const ROUNDING: f64 = 1e-8;
-/// Meshes with elements of half the thickness differ by up to 2.1 % from a mesh with elements of a fifth.
+/// Tolerance for coarse meshes. Results with elements of half the thickness differ by up to 2.1 % from the result with
+/// elements of a fifth.
 const COARSE: f64 = 0.025;
 
 /// Returns whether the tests can run Gmsh.
@@ -29,7 +30,7 @@ fn mesh(folder: &Path, geometry: &str) -> Vec<u8> {
     gmsh(folder, geometry, "-3 -format msh41 -o block.msh")
 }
 
-/// Returns the file that Gmsh writes with the arguments, of which the last is its name.
+/// Returns the file that Gmsh writes with these arguments, the last of which is the name of the file.
 fn gmsh(folder: &Path, geometry: &str, arguments: &str) -> Vec<u8> {
     fs::write(folder.join("block.geo"), geometry).unwrap();
     let words: Vec<&str> =
@@ -94,7 +95,7 @@ fn remedies_of_separate_volumes_join_them() {
         FemError::Defect(defect) => defect.kind,
         error => panic!("{error}"),
     };
-    // Gmsh 4.15 meshes some faces alike, Gmsh 4.8 none. The named remedy is the same.
+    // Gmsh 4.15 meshes some common faces alike, and Gmsh 4.8 meshes none alike. The recommended remedy is the same.
     let halves = mesh(folder.path(), HALVES);
     assert!(matches!(defect(&halves), DefectKind::HangingNode | DefectKind::Crack));
     let joined = HALVES.to_owned() + "BooleanFragments{ Volume{1, 2}; Delete; }{}\n";
