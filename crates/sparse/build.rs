@@ -44,7 +44,7 @@ mod klu {
             .generate()
             .unwrap_or_else(|error| panic!("cannot generate bindings to klu.h: {error}"))
             .to_string()
-            .replace("\nextern \"C\" {", "\nunsafe extern \"C\" {"); // edition 2024
+            .replace("\nextern \"C\" {", "\nunsafe extern \"C\" {"); // required by edition 2024
         fs::write(out.join("klu.rs"), bindings)
             .unwrap_or_else(|error| panic!("cannot write the bindings: {error}"));
         if let Ok(folder) = env::var("SUITESPARSE_LIBRARY_DIR") {

@@ -23,7 +23,7 @@ use crate::versions;
                   running, output kept · 130 interrupted, output kept"
 )]
 pub struct Cli {
-    /// What to do.
+    /// Command to run.
     #[command(subcommand)]
     pub command: Command,
 }
@@ -149,7 +149,7 @@ mod tests {
                     let kind = error.map(|error| error.kind());
                     !matches!(kind, Some(ErrorKind::ValueValidation | ErrorKind::InvalidValue))
                 };
-                // Options that accept a number but not a word.
+                // These options accept a number but not a word.
                 let is_number = ["1", "0.5", "1GiB"].iter().any(|&value| is_accepted(value));
                 if !is_number || is_accepted("word") {
                     continue;

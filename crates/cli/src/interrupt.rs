@@ -1,8 +1,8 @@
 //! Handling of signals: Ctrl-C, and SIGTERM and SIGHUP, which clusters send before they kill a process.
 //!
-//! By default, the first signal ends the program with code 130. A command that has requested the [`flag`] instead
-//! finishes in an orderly way and keeps its output; only the second signal ends it immediately. SIGXFSZ, which the
-//! system sends when a file exceeds a size limit, does not end the program: the write fails as on a full disk.
+//! By default, the first signal ends the program with code 130. A command that has requested the [`flag`] finishes in
+//! an orderly way instead and keeps its output; only the second signal ends it immediately. SIGXFSZ, which the system
+//! sends when a file exceeds a size limit, does not end the program: the write fails as on a full disk.
 
 use std::ffi::c_int;
 use std::io;

@@ -95,7 +95,7 @@ pub fn ended(result: anyhow::Result<Exit>) -> Exit {
 fn exit(result: anyhow::Result<Exit>, print: impl FnOnce(&str)) -> Exit {
     result.unwrap_or_else(|failure| {
         print(&error::render(&failure));
-        // If an interruption makes a command fail because it needs the result of the run, its input is still valid.
+        // A command that fails because an interrupted run has no result still has valid input.
         if interrupt::is_interrupted() { Exit::Interrupted } else { Exit::of_failure(&failure) }
     })
 }

@@ -54,7 +54,7 @@ pub fn save(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
     atomic_file::save(path, contents)
 }
 
-/// First lines of the job scripts that this program writes. It recognizes its own scripts by these lines.
+/// First lines of the job scripts that this program writes. The program recognizes its own scripts by these lines.
 pub const JOB_SCRIPT: &str = "#!/bin/bash\n# Made by myovib sweep.\n";
 
 /// Returns the reason why a file must not be replaced, or `None` if it may be replaced.

@@ -24,7 +24,7 @@ pub const BUILD_VARIANT: &str = match cfg!(feature = "vendored") {
 /// Returns all requirements for the build `variant`.
 ///
 /// # Panics
-/// Panics if a line of the embedded list does not have four fields. A test excludes this.
+/// Panics if a line of the embedded list does not have four fields. A test ensures that this cannot happen.
 pub fn of_variant(variant: &str) -> Vec<Requirement> {
     let lines = LIST.lines().filter(|line| !line.starts_with('#'));
     lines.filter_map(|line| parse(line, variant)).collect()

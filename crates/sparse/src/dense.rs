@@ -121,7 +121,7 @@ mod tests {
                 let (sum, size) = terms
                     .iter()
                     .fold((0.0, b[i].abs()), |(sum, size), term| (sum + term, size + term.abs()));
-                // Rounding errors of n terms. The pivots grow little for these matrices.
+                // The tolerance covers the rounding errors of n terms. The pivots of these matrices grow little.
                 let rounding = 10.0 * n as f64 * f64::EPSILON * size;
                 assert!((sum - b[i]).abs() <= rounding, "{n} {i}: {sum} {}", b[i]);
             }

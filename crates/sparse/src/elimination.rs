@@ -17,7 +17,7 @@ use crate::{Factorization, Kind, Prediction, Scalar, SparseError};
 
 /// Maximum number of multiplications for the pivoting solver. It uses scalar loops and an ordering without nested
 /// dissection, so it takes a hundred times as long as the dense blocks: 8 s instead of 0.1 s for a body with 10⁴
-/// unknowns (1e9 multiplications), and hours for larger ones.
+/// unknowns (1e9 multiplications), and hours for larger bodies.
 const MAX_PIVOTING_WORK: f64 = 1e9;
 
 /// Number of multiplications above which a matrix is factorized by several [threads](resources::use_threads), if

@@ -34,7 +34,7 @@ pub trait Factorization<T: Scalar>: std::fmt::Debug + Send {
     /// Returns [`SparseError::NoFactors`] before the first matrix and after a failed factorization.
     fn solve(&mut self, x: &mut [T]) -> Result<(), SparseError>;
 
-    /// Solves A X = B in place, with B stored by rows. The default solves one column after the other.
+    /// Solves A X = B in place, with B stored by rows. The default implementation solves one column after the other.
     ///
     /// # Errors
     /// Returns the same errors as [`solve`](Self::solve).
@@ -65,7 +65,7 @@ pub struct Prediction {
     pub entries: usize,
     /// Memory in bytes for the matrix, the analysis, the factors and the workspace.
     pub bytes: usize,
-    /// Number of floating-point operations of one factorization. A complex operation counts as four real ones.
+    /// Number of floating-point operations of one factorization. A complex operation counts as four real operations.
     pub flops: f64,
 }
 

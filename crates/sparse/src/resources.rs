@@ -1,8 +1,8 @@
 //! Limits of this process: threads and memory.
 //!
 //! The size of large factors is known from the pattern, long before the factors are computed. A check in advance
-//! results in an error that states the required and the available memory. Without it, the system may kill the process
-//! in the middle of a run.
+//! results in an error that states the required and the available memory. Without this check, the system may kill the
+//! process in the middle of a run.
 
 use std::fs;
 use std::path::Path;
@@ -24,7 +24,7 @@ static LIMIT: OnceLock<usize> = OnceLock::new();
 /// Only the first call has an effect. By default, only the calling thread is used, which suits many concurrent runs.
 ///
 /// # Errors
-/// [`SparseError::Threads`] if the pool cannot be created.
+/// Returns [`SparseError::Threads`] if the pool cannot be created.
 pub fn use_threads(threads: usize) -> Result<(), SparseError> {
     if threads > 1 && THREADS.get().is_none() {
         let pool = pool_of(threads)?;
@@ -63,10 +63,10 @@ pub fn peak() -> Option<usize> {
     kibibytes("/proc/self/status", "VmHWM:")
 }
 
-/// Returns the memory available to this process in bytes. The result is the minimum of the free memory of the machine
-/// and of the control groups of the process (a container or a cluster job), and of what remains of the limits on the
-/// address space (`ulimit -v`), on data (`ulimit -d`), and of [`limit_memory`]. Returns `None` if none of these values
-/// is known.
+/// Returns the memory available to this process in bytes. The result is the minimum of the free memory of the machine,
+/// the free memory of the control groups of the process (a container or a cluster job), and the unused part of the
+/// limits on the address space (`ulimit -v`), on data (`ulimit -d`) and by [`limit_memory`]. Returns `None` if none of
+/// these values is known.
 pub fn available() -> Option<usize> {
     let own = LIMIT.get().map(|limit| limit.saturating_sub(in_use().unwrap_or(0)));
     let machine = kibibytes("/proc/meminfo", "MemAvailable:");

@@ -71,7 +71,7 @@ fn a_matrix_that_is_not_finite_leaves_no_factors_and_no_history() {
     }
 }
 
-/// Zeros on the diagonal require pivoting. The matrix factorized after the retry does not.
+/// Zeros on the diagonal require pivoting. The matrix factorized after the retry does not require it.
 #[test]
 fn fixed_pivots_can_be_tried_again() {
     let (mut system, mut work) = (system(), LinearWork::default());

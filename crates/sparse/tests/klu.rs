@@ -100,7 +100,7 @@ fn complex_factors_share_the_analysis_and_solve_real_and_transposed_systems() {
     let values: Vec<_> = re.iter().zip(&im).map(|(&re, &im)| Complex64::new(re, im)).collect();
     let real = factorized(&symbolic, &re).unwrap();
     let complex = factorized(&symbolic, &values).unwrap();
-    drop(symbolic); // the factors keep what they need
+    drop(symbolic); // the factors keep the analysis alive
 
     let b: Vec<_> = (0..40).map(|i| Complex64::new(1.0, i as f64)).collect();
     for transposed in [false, true] {

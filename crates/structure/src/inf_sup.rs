@@ -7,8 +7,8 @@ use crate::modes::modes;
 use crate::rank::RankDecision;
 use crate::vibration::{Constraint, Vibration};
 
-/// Shift relative to the mean eigenvalue. It is close to zero, so that the zero eigenvalues of a rank-deficient B
-/// are counted. It is not exactly zero, because the factorization would fail there.
+/// Shift relative to the mean eigenvalue. It is close to zero, so that the zero eigenvalues of a rank-deficient B are
+/// counted. It is not exactly zero, because the factorization would fail at zero.
 const SHIFT: f64 = -1e-3;
 /// Number of non-zero values to compute in addition to the zeros, so that the count of zeros is complete.
 const BEYOND: usize = 3;

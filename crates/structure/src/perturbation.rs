@@ -1,4 +1,5 @@
-//! Perturbation index of each variable: the number of derivatives of a perturbation that it depends on.
+//! Perturbation index of each variable, which depends on the highest derivative of a perturbation that the variable
+//! contains.
 //!
 //! In the Laplace domain, the solution of E ẋ + A x = δ is x = (sE + A)⁻¹ δ. The resolvent (sE + A)⁻¹ of a regular
 //! pencil is the sum of a strictly proper part and a polynomial H₀ + s H₁ + … + s^(k−1) H_(k−1), where k is the

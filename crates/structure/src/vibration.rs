@@ -188,8 +188,8 @@ impl Shifted {
 mod tests {
     use super::*;
 
-    /// Six unit masses are supported by springs of stiffness 1 to 6, and a multiplier couples the first two
-    /// masses. With a rigid coupling, these have ω² = 3/2; with the compliance 1/2, they have ω² = 7/2 ± √17/2.
+    /// Six unit masses are supported by springs of stiffness 1 to 6, and a multiplier couples the first two masses.
+    /// With a rigid coupling, the coupled masses have ω² = 3/2; with the compliance 1/2, they have ω² = 7/2 ± √17/2.
     /// The pivots of multipliers are negative but do not count.
     #[test]
     fn the_number_of_modes_below_a_shift_excludes_multipliers() {

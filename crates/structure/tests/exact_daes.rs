@@ -41,7 +41,7 @@ impl<F: Fn(f64, &[f64], &[f64]) -> Vec<f64>> Problem for Dense<F> {
         b: f64,
         values: &mut [f64],
     ) -> Result<(), StepError> {
-        // Extrapolated central differences with steps 1 and 1/2, which are exact up to degree four.
+        // These extrapolated central differences with steps 1 and 1/2 are exact up to degree four.
         let slope = |j: usize, h: f64| {
             let moved = |sign: f64| {
                 let (mut y, mut yp) = (y.to_vec(), yp.to_vec());

@@ -125,7 +125,7 @@ fn the_closed_form_has_published_digits() {
         let [force, motion] = DRIVES[drive];
         let [x1, _, x3, lambda] = closed_form(iomega(frequency), force, motion);
         for (found, expected) in [x1, x3, lambda].into_iter().zip(expected) {
-            // Half a unit of the twelfth digit, for values that begin with the digit 1.
+            // The tolerance is half a unit of the twelfth digit, for values that begin with the digit 1.
             assert!((found.norm() / expected - 1.0).abs() < 5e-12, "{frequency} Hz: {found}");
         }
     }

@@ -70,8 +70,8 @@ fn a_chain_has_the_index_of_its_length() {
 }
 
 /// Two masses are connected by a spring, and the position of the second mass is prescribed. The multiplier is the
-/// force on the first mass. It contains the fourth derivative of this position, so the index is 5. With a
-/// prescribed velocity, it is 4.
+/// force on the first mass. It contains the fourth derivative of this position, so the index is 5. With a prescribed
+/// velocity, the index is 4.
 #[test]
 fn a_force_found_through_a_spring_has_index_4_and_5() {
     // The unknowns are q1, q2, v1, v2, λ.
@@ -151,7 +151,8 @@ fn singular_pencils_have_no_index() {
     // One unknown does not occur in any equation.
     let absent = structure(dmatrix![1.0, 0.0; 0.0, 0.0], dmatrix![1.0, 0.0; 1.0, 0.0]);
     assert_eq!(absent.index, Index::Singular { nullity: 1 });
-    // An ordinary differential equation with dependent constraints: the two rows of B are equal up to a factor.
+    // This is an ordinary differential equation with dependent constraints: the two rows of B are equal up to a
+    // factor.
     let b = dmatrix![1.0, 1.0, 0.0; 2.0, 2.0, 0.0];
     let e = direct_sum(&[DMatrix::identity(3, 3), DMatrix::zeros(2, 2)]);
     let mut a = DMatrix::zeros(5, 5);
@@ -192,7 +193,7 @@ fn random_transformations_of_weierstrass_forms() {
     }
 }
 
-/// If a block of E is close to rounding, the index must not be decided.
+/// If a block of E is close to the level of rounding errors, the index must not be decided.
 #[test]
 fn an_index_close_to_rounding_is_undecided() {
     let mut rng = StdRng::seed_from_u64(1);
@@ -209,8 +210,9 @@ fn an_index_close_to_rounding_is_undecided() {
     assert!(matches!(index_with(1e-8), Index::Undecided(Some(_))));
 }
 
-/// Soft tissue in SI units on a grid: masses of 1e-3 kg, stiffnesses of 1e4 Pa, volumes of 1e-3 m², and a bulk
-/// modulus κ. The result is correct even if the bulk modulus is a million times the bulk modulus of muscle.
+/// Checks the magnitudes of soft tissue in SI units on a grid: masses of 1e-3 kg, stiffnesses of 1e4 Pa, volumes of
+/// 1e-3 m², and a bulk modulus κ. The result is correct even if the bulk modulus is a million times the bulk modulus
+/// of muscle.
 #[test]
 fn physical_magnitudes() {
     let m = 6;

@@ -60,7 +60,7 @@ fn chain_of_masses() {
     }
 }
 
-/// The limits are between two modes, with 0 to 19 modes below.
+/// Each limit is between two modes, and 0 to 19 modes are below it.
 #[test]
 fn all_modes_below_a_limit_and_the_next_are_found() {
     let (n, k, m) = (60, 1.1e4, 2e-3);

@@ -43,7 +43,7 @@ pub struct FitArgs {
     #[arg(long, value_name = "DIR", default_value = "fit", value_parser = values::output_folder)]
     pub out: PathBuf,
 
-    /// Continue the fit in the folder with the same arguments; its runs are not repeated.
+    /// Continue the fit in the folder with the same arguments, without repeating its runs.
     #[arg(long, conflicts_with = "overwrite")]
     pub resume: bool,
 
@@ -59,8 +59,8 @@ pub struct FitArgs {
     #[arg(long, value_enum, default_value_t)]
     pub loss: LossArg,
 
-    /// Number of starting points. The first is the scene's; the others are drawn at random within the bounds (or between
-    /// 0.5× and 2× the start). The best fit is kept.
+    /// Number of starting points. The first is taken from the scene; the others are drawn at random within the bounds
+    /// (or between 0.5× and 2× the start). The best fit is kept.
     #[arg(long, value_name = "N", default_value = "1", value_parser = values::up_to::<10_000>)]
     pub starts: NonZeroUsize,
 
@@ -81,8 +81,8 @@ pub struct FitArgs {
     pub common: CommonArgs,
 }
 
-/// Loss functions. For normal noise, the two robust ones need 5 % more measurements than squares (Huber 1981; Holland,
-/// Welsch 1977).
+/// Loss functions. For normal noise, the two robust functions need 5 % more measurements than squares (Huber 1981;
+/// Holland, Welsch 1977).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum LossArg {
     /// Least squares.

@@ -35,7 +35,7 @@ pub struct InfsupArgs {
     #[arg(long, value_name = "GROUPS", value_delimiter = ',')]
     pub fixed: Option<Vec<String>>,
 
-    /// Change a value of the scene, as `run` does; may be repeated.
+    /// Change a value of the scene, as with `run`; may be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
@@ -156,8 +156,8 @@ fn measure(pair: Pair, subject: &Subject, args: &InfsupArgs) -> anyhow::Result<F
     Ok(Family { pair, levels })
 }
 
-/// Describes the system (28) with κ = ∞ in these spaces: its index if B has full rank; otherwise, that it cannot be
-/// integrated.
+/// Describes the system (28) with κ = ∞ in these spaces: its index if B has full rank, otherwise the fact that it
+/// cannot be integrated.
 fn incompressible(level: &Level) -> String {
     match (&level.index, level.nullity) {
         (Some(report), _) => report.index.to_string(),
@@ -222,8 +222,8 @@ fn figure(families: &[Family]) -> Figure {
 }
 
 /// Returns the levels of a pair of spaces. `elements` is the key for the number of elements. `regular` states whether
-/// (28) with κ = ∞ has an index. `computed` is the index computed from the matrices, which is done on coarse meshes
-/// only.
+/// (28) with κ = ∞ has an index. `computed` is the index computed from the matrices, which is available only on coarse
+/// meshes.
 fn family_json(family: &Family, elements: &str) -> Value {
     let level = |level: &Level| {
         json!({

@@ -58,8 +58,8 @@ pub struct RunArgs {
     #[arg(long)]
     pub overwrite: bool,
 
-    /// Run the scene again with 30 to 300 times its tolerances, and estimate the error in time of
-    /// each probe from the difference.
+    /// Run the scene again with 30 to 300 times its tolerances, and estimate the time integration error of each probe
+    /// from the difference.
     #[arg(long)]
     pub verify: bool,
 
@@ -166,7 +166,7 @@ fn rounded(value: f64) -> String {
 }
 
 /// Threshold, relative to columns of the same kind, below which a column is considered to be rounding error. It is 1e6
-/// rounding errors of 1e-16, an amount that ill-conditioned matrices may cause.
+/// times a rounding error of 1e-16, because ill-conditioned matrices may cause such errors.
 const NOISE: f64 = 1e-10;
 
 /// Returns the kind of a column. A column is compared with the columns of the same kind: the components of one vector,
@@ -314,7 +314,7 @@ mod tests {
 
     use super::*;
 
-    /// Regression: a pressure that was pure rounding error dominated the estimate, with 90 %.
+    /// Regression: a pressure that was pure rounding error dominated the estimate with an error of 90 %.
     #[test]
     fn rounding_does_not_lead_the_estimate() {
         let column = |largest: f64, error: f64| json!({ "largest": largest, "error": error, "relative": error / largest });

@@ -92,7 +92,7 @@ fn a_plate_compresses_a_block_by_the_exact_force() {
 }
 
 /// Regression: the indentation example with a finer mesh stopped, because the equilibrium after an update of the multipliers
-/// was too far from the one before.
+/// was too far from the previous equilibrium.
 #[test]
 fn multipliers_approach_an_equilibrium_in_shorter_updates() {
     let text = include_str!("../../../../examples/indentation.toml");

@@ -15,14 +15,14 @@ pub(crate) use adjacency::AdjacencyList;
 pub(crate) use graph::Graph;
 pub(crate) use tree::{NONE, Tree};
 
-/// Number of unknowns eliminated before a constraint that acts on them. One unknown with b ≠ 0 is sufficient,
-/// but the b of an element may vanish by symmetry at the constraint's own vertex. Measured on the muscle for all values
-/// from 1 to the number of such unknowns: the backward error is always about 1e-15, and the fill does not grow up to
-/// 12.
+/// Number of unknowns eliminated before a constraint that acts on them. One unknown with b ≠ 0 is sufficient, but the b
+/// of an element may vanish by symmetry at the constraint's own vertex. In measurements on the muscle with all values
+/// from 1 to the number of such unknowns, the backward error is always about 1e-15, and the fill does not grow for
+/// values up to 12.
 const MIN_ELIMINATED: usize = 12;
 
 /// Work per unknown, in multiplications of a real LU, that takes as long on one thread as one search with
-/// [`SEPARATORS`] separators. Measured on blocks and shells with 10 000 to 200 000 unknowns.
+/// [`SEPARATORS`] separators. The value was measured on blocks and shells with 10 000 to 200 000 unknowns.
 const WORK_PER_SEARCH: f64 = 5e5;
 
 /// Maximum number of searches. The predicted work differs by about 5 % between orders. Eight searches would save 2 %

@@ -77,7 +77,8 @@ impl Analysis {
     /// in `constraints` are eliminated after the unknowns on which they act.
     ///
     /// # Errors
-    /// Returns [`SparseError::NotSquare`], or [`SparseError::EmptyColumn`] if no equation contains an unknown.
+    /// Returns [`SparseError::NotSquare`], or [`SparseError::EmptyColumn`] if an unknown does not occur in any
+    /// equation.
     ///
     /// # Panics
     /// Panics if the pattern has 2³² entries or more.

@@ -354,7 +354,7 @@ fn pressures_of_a_nearly_incompressible_body_are_eliminated_after_displacements(
     assert!(first > 1e-8, "{first:e}");
 }
 
-/// Regression test: a zero right-hand side has no error, and the solution that followed was not checked.
+/// Regression test: a zero right-hand side counted as checked, and the next solution was not checked.
 #[test]
 fn a_zero_right_hand_side_defers_the_check() {
     let p = pattern(2, |_, _| true);

@@ -203,7 +203,7 @@ fn table(rows: impl IntoIterator<Item = (String, usize, u8, &'static str)>) -> S
     table.render(colored_stdout())
 }
 
-/// Describes the effect of a preload on the modes; the listed modes are those at rest.
+/// Describes the effect of a preload on the modes; the listed modes are the modes at rest.
 fn preload(file: &SceneFile) -> Option<String> {
     let is_loaded = matches!(file.initial_state, Some(InitialState::Equilibrium));
     is_loaded.then(|| {

@@ -48,9 +48,9 @@ use myovib_scene::{InputError, Scene};
     The figure shows a run of the built-in scene `figureN`. Writes figureN.svg, and figureN.csv\n\
     with the plotted data.")]
 pub struct FigureArgs {
-    /// Number in the paper: 2 oscillators in the complex plane; 3 their radii over time; 4 mesh and
-    /// boundary conditions; 5 deformed muscle; 6 displacement and pressure at the origin; 7
-    /// coherence of the chain in the muscle.
+    /// Number of the figure in the paper: 2 (oscillators in the complex plane), 3 (their radii over time), 4 (mesh and
+    /// boundary conditions), 5 (deformed muscle), 6 (displacement and pressure at the origin), or 7 (coherence of the
+    /// chain in the muscle).
     #[arg(value_parser = clap::value_parser!(u8).range(2..=7))]
     pub number: u8,
 

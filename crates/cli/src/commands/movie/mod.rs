@@ -36,7 +36,7 @@ const DELAY: u16 = 4;
     The run must have written fields ([fields] or response.fields in its scene) or modes. The movies chain, muscle, hardening and \
     muscle3d show runs of the built-in scenes figure3, figure5, hardening and muscle3d.")]
 pub struct MovieArgs {
-    /// Subject: the folder of a run, or the movie chain, muscle, hardening or muscle3d.
+    /// Subject of the movie: the folder of a run, or one of the names chain, muscle, hardening and muscle3d.
     #[arg(value_name = "RUN|MOVIE", value_parser = subject)]
     pub subject: Subject,
 
@@ -49,8 +49,8 @@ pub struct MovieArgs {
     #[arg(long, value_name = "X", value_parser = values::positive)]
     pub factor: Option<f64>,
 
-    /// Frequency of a response or mode whose cycle is shown, Hz: the nearest one in response.fields or among the modes
-    /// [default: the lowest].
+    /// Frequency of the response or mode whose cycle is shown, Hz; the nearest frequency in response.fields or among
+    /// the modes is used [default: the lowest].
     #[arg(long, value_name = "HZ", value_parser = values::finite)]
     pub frequency: Option<f64>,
 

@@ -55,8 +55,8 @@ pub struct SweepArgs {
     #[arg(long, value_name = "DIR", default_value = "sweep", value_parser = values::output_folder)]
     pub out: PathBuf,
 
-    /// Start the search for each equilibrium from the case with the preceding value of the last key
-    /// instead of the unloaded body. It takes fewer iterations, and stays on a branch of equilibria.
+    /// Start the search for each equilibrium from the case with the preceding value of the last key instead of the
+    /// unloaded body. This takes fewer iterations and stays on one branch of equilibria.
     #[arg(long, conflicts_with = "slurm")]
     pub from_neighbor: bool,
 

@@ -149,7 +149,7 @@ struct Verdict {
 }
 
 impl SynchronizationArgs {
-    /// Returns the scene of the body and the chain, with the changes made by the options and those in `more`.
+    /// Returns the scene of the body and the chain, with the changes of the options and of `more`.
     fn scene(&self, more: &[String]) -> Result<Scene, InputError> {
         let mut changes = Vec::new();
         changes.extend(self.t_end.map(overrides::end));
