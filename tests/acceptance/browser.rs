@@ -30,7 +30,7 @@ fn browser() -> Option<PathBuf> {
 /// Opens a copy of a page and returns the findings of the script.
 fn explored(browser: &Path, page: &Path) -> Value {
     let html = fs::read_to_string(page).expect("the report");
-    // The script precedes the security policy of the page, which does not permit it.
+    // The script is inserted before the security policy of the page, because the policy does not permit it.
     let (start, rest) = html.split_once("<head>").expect("a head");
     let copy = page.with_extension("explored.html");
     fs::write(&copy, format!("{start}<head><script>{EXPLORE}</script>{rest}")).expect("a file");

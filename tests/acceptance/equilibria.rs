@@ -25,7 +25,7 @@ fn ctrl_c_ends_the_search_for_an_equilibrium() {
     }
 }
 
-/// Checks that the equilibrium of the last load step is kept, which belongs to a partial load.
+/// Checks that the equilibrium of the last load step, which belongs to a partial load, is kept.
 #[test]
 fn no_equilibrium_is_code_4_and_keeps_the_last_state() {
     let folder = tempfile::tempdir().unwrap();
@@ -44,7 +44,7 @@ fn no_equilibrium_is_code_4_and_keeps_the_last_state() {
     let reached = found["load_reached"].as_f64().unwrap();
     assert!(reached > 0.0 && reached < 1.0, "{reached}");
     // In the kept state, the support carries the traction on the side of length 16. Newton's method ends at increments
-    // of 1e-9, and the forces of such increments are up to κ/G = 5000 times larger.
+    // of 1e-9, and the relative errors of forces are up to κ/G = 5000 times larger.
     let carried = found["results"]["support"]["R_y"].as_f64().unwrap();
     let applied = reached * load * 16.0;
     assert!((carried + applied).abs() <= 5e-6 * applied, "{carried} {applied}");

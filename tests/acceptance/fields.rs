@@ -249,8 +249,9 @@ fn fields_of_a_moving_body_in_space_have_its_velocity_and_its_own_fibers() {
     assert!(fibers.iter().any(|fiber| fiber[..] != fibers[0][..]));
 }
 
-/// Checks two layers under homogeneous stretch. All constants of the upper layer are twice those of the lower layer.
-/// The homogeneous strain is exact, so each stress component above the interface is twice the component below it.
+/// Checks two layers under homogeneous stretch. All constants of the upper layer are twice the constants of the lower
+/// layer. The homogeneous strain is exact, so each stress component above the interface is twice the component below
+/// it.
 #[test]
 fn stress_at_the_interface_of_materials_is_that_of_each_and_not_their_mean() {
     let folder = tempfile::tempdir().unwrap();

@@ -43,7 +43,7 @@ fn more_probes_than_the_system_lets_files_be_open_are_refused_before_anything_is
     assert_eq!(code, Some(0), "the advice holds: {stderr}");
 }
 
-/// Files that other libraries open also count, so the limit cannot be checked in advance.
+/// Checks a limit that cannot be checked in advance, because files that other libraries open also count.
 #[test]
 fn too_many_open_files_are_code_4_and_the_file_is_named() {
     let folder = tempfile::tempdir().unwrap();

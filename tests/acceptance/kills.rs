@@ -106,9 +106,9 @@ fn assert_within_error(found: &str, expected: &str, errors: &Value) {
     }
 }
 
-/// Kills a run at every `stride`-th of its calls and resumes it. The files must be equal to those of an uninterrupted
-/// run. BDF cannot continue with its history; with this method, tables may differ by less than the time integration
-/// error. Returns the number of killed runs and the number of runs whose files differ.
+/// Kills a run at every `stride`-th of its calls and resumes it. The files must be equal to the files of an
+/// uninterrupted run. Because BDF cannot continue with its history, its tables may differ by less than the time
+/// integration error. Returns the number of killed runs and the number of runs whose files differ.
 fn assert_killed_runs_are_completed(method: &str, verify: bool, stride: usize) -> [usize; 2] {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

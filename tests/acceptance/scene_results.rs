@@ -77,7 +77,7 @@ fn stiffness_follows_the_coherence_of_the_chains() {
     let last = factors.last().unwrap();
     assert!(last[2] < 1.02 && coherence.last().unwrap()[3] > 0.97, "{last:?}");
     // The coupling acts in both directions. With constant stiffness, the muscle is nearer to resonance with the load of
-    // 8 Hz, and its amplitude is more than 1.5 times that of the muscle relaxed by its chains.
+    // 8 Hz, and its amplitude is more than 1.5 times the amplitude of the muscle relaxed by its chains.
     let stiff = sets.iter().copied().chain([
         "feedback[0].at_full_coherence=1.5",
         "feedback[1].at_full_coherence=1.5",

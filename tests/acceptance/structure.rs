@@ -43,7 +43,7 @@ fn infsup_distinguishes_stable_and_unstable_spaces_and_draws() {
     let constant = |pair: usize, level: usize| {
         found["pairs"][pair]["levels"][level]["inf_sup"].as_f64().expect("a number")
     };
-    // The values are those of the model's specification, to the digits given there.
+    // These are the values of the model's specification, to the digits given there.
     for (level, equal_order) in [(0, 0.06), (1, 0.05)] {
         assert!((constant(0, level) - 0.68).abs() < 0.015);
         assert!((constant(1, level) - equal_order).abs() < 5e-3);

@@ -1,4 +1,4 @@
-//! Tests of runs on several processes, which are started by `mpirun` as users do it.
+//! Tests of runs on several processes, which `mpirun` starts.
 #![allow(clippy::unwrap_used, reason = "tests are exempt")]
 
 use std::fs;
@@ -119,8 +119,8 @@ fn columns(folder: &Path, out: &str) -> Vec<Vec<f64>> {
     (0..rows[0].len()).map(|k| rows.iter().map(|row| row[k]).collect()).collect()
 }
 
-/// Checks that trajectories on 1, 2 and 4 ranks are equal to those of a single process within 1e-10 of the maximum, and
-/// that the numbers of steps are equal.
+/// Checks that trajectories on 1, 2 and 4 ranks are equal to the trajectories of a single process within 1e-10 of the
+/// maximum, and that the numbers of steps are equal.
 fn assert_ranks_agree(changes: &[(&str, &str)]) {
     let folder = folder(changes);
     let folder = folder.path();
