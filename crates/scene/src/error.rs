@@ -54,8 +54,8 @@ impl Error {
         move |source| Self::File { action, path, source }
     }
 
-    /// Converts an error that occurred before any output was written to an error about invalid input. Errors about
-    /// insufficient memory or disk space, a locked folder, or an unsuccessful search are unchanged.
+    /// Converts an error into an error about invalid input, given that no output was written before it occurred. Errors
+    /// about insufficient memory or disk space, a locked folder, or an unsuccessful search are unchanged.
     pub fn before_any_output(self) -> Self {
         match self {
             Self::Input(_) | Self::Busy(_) => self,

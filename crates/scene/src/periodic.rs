@@ -87,8 +87,8 @@ pub struct Column {
 }
 
 impl Column {
-    /// Analyzes equidistant samples of one period. The period starts at the time `start`, measured in periods. The end
-    /// of the period is not a sample.
+    /// Analyzes equidistant samples of one period. The start of the period is at the time `start`, in units of the
+    /// period. The end of the period is not a sample.
     pub(crate) fn new(name: String, samples: &[f64], start: f64) -> Self {
         let n = samples.len() as f64;
         let coefficient = |k: usize| -> Complex64 {

@@ -1,5 +1,5 @@
 //! Stores the model evaluations of a fit in a file. A resumed fit repeats the earlier iterations with these evaluations
-//! instead of new runs, so its results equal those of an uninterrupted fit.
+//! instead of new runs, so its results equal the results of an uninterrupted fit.
 
 use std::cell::RefCell;
 use std::collections::HashMap;

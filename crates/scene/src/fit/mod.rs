@@ -99,7 +99,7 @@ pub enum Outcome {
     DoesNotFit,
     MaxIterations,
     Interrupted,
-    /// The scene could not be computed, or had no usable derivatives, at parameters with a smaller predicted cost.
+    /// The scene could not be computed at parameters with a smaller predicted cost, or its derivatives were unusable.
     /// Contains the message.
     Failed(String),
 }
@@ -127,7 +127,7 @@ const OFFSET: f64 = 0.01;
 /// Maximum number of starting points. Each point costs one fit.
 const MAX_STARTS: usize = 10_000;
 
-/// Distance from a bound at which the validity of the scene is tested, relative to the distance between the starting
+/// The validity of the scene is tested at this distance from a bound, relative to the distance between the starting
 /// value and the bound.
 const WITHIN: f64 = 1e-6;
 
@@ -349,8 +349,8 @@ fn parameters(scene: &Parameterized) -> Result<Vec<Parameter>, InputError> {
 const DEFAULT_LOWER_BOUND: f64 = 1e6;
 
 /// Restricts parameters to the range that the scene allows, because an unrestricted search can end at the edge of that
-/// range. This applies to parameters with a nonnegative start and without a positive lower bound. They stay positive if
-/// the scene rejects zero, and nonnegative if it rejects negative values.
+/// range. This applies to parameters with a nonnegative starting value and without a positive lower bound. They stay
+/// positive if the scene rejects zero, and nonnegative if it rejects negative values.
 fn restrict(scene: &Parameterized, parameters: &mut [Parameter]) {
     let start: Vec<f64> = parameters.iter().map(|p| p.start).collect();
     for (j, parameter) in parameters.iter_mut().enumerate() {

@@ -101,7 +101,8 @@ impl Phases<'_, '_> {
         })
     }
 
-    /// Performs all phases except the last from one start. Returns the fit and the effort of the last completed phase.
+    /// Performs all phases except the last from one starting point. Returns the fit and the effort of the last
+    /// completed phase.
     fn before(
         &mut self,
         model: &mut SceneModel<'_>,

@@ -39,7 +39,7 @@ impl Kind for Energy {
     }
 }
 
-/// Reading of the elastic energy of equilibria.
+/// Reading for the elastic energy in static analyses.
 struct ElasticEnergy;
 
 impl Reading for ElasticEnergy {

@@ -1,4 +1,4 @@
-//! Output of feedbacks.
+//! Probe for the stiffness factors of feedbacks.
 
 use myovib_model::ModelError;
 use schemars::JsonSchema;

@@ -25,7 +25,7 @@ const SMALL: f64 = 0.01;
 /// Minimum size attributed to a curve, relative to the largest curve of the same kind. With this value, rounding errors
 /// stay below a tolerance of 1e-6.
 const WEAKEST: f64 = 1e-5;
-/// Minimum distance between computed frequencies near a peak, as a fraction of half its half-power width. Within this
+/// Minimum distance between computed frequencies near a peak, as a fraction of half the half-power width. Within this
 /// distance, the amplitudes differ by less than the default tolerance.
 const MIN_DISTANCE: f64 = 0.03;
 /// If the ratio of the ends of the range is above this value, the first frequencies are spaced logarithmically.

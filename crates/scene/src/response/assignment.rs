@@ -127,7 +127,7 @@ impl Assignment {
         self.body.modes.iter().enumerate().map(of_mode).collect()
     }
 
-    /// Returns the mode whose contribution has the largest `bend`, among those whose ratio of natural frequency to
+    /// Returns the mode whose contribution has the largest `bend`, among the modes whose ratio of natural frequency to
     /// `frequency` (Hz) is in [`RATIOS`]. Returns `None` if `frequency` exceeds all natural frequencies.
     fn mode_of(&self, frequency: f64, bend: impl Fn(usize) -> f64) -> Option<PeakMode> {
         let natural = self.body.modes.iter().enumerate();

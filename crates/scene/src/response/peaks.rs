@@ -56,7 +56,7 @@ pub(super) struct Maximum {
     pub(super) damping_ratio: Option<f64>,
 }
 
-/// Returns whether an amplitude varies only by rounding errors, like that of a prescribed support motion.
+/// Returns whether an amplitude varies only by rounding errors, like the amplitude of a prescribed support motion.
 pub(super) fn is_constant(amplitudes: impl Iterator<Item = f64> + Clone) -> bool {
     let largest = amplitudes.clone().fold(0.0, f64::max);
     let smallest = amplitudes.fold(f64::INFINITY, f64::min);

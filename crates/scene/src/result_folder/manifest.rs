@@ -24,7 +24,8 @@ pub(super) struct Header {
     pub(super) command: String,
     /// Version and revision of the program.
     program: String,
-    /// Scene, input files and settings of the command. The option `--resume` compares them with the current ones.
+    /// Scene, input files and settings of the command. The option `--resume` compares these values with the current
+    /// values.
     pub(super) origin: Value,
 }
 

@@ -175,7 +175,7 @@ fn a_manifest_that_names_files_elsewhere_is_refused() {
     }
 }
 
-/// Checks that overwriting a sweep removes the folders of its cases, except for files that it did not create.
+/// Checks that overwriting a sweep removes the folders of its cases, except for files that the sweep did not create.
 #[test]
 fn folders_of_cases_are_removed_with_their_own_files() {
     let folder = tempfile::tempdir().unwrap();
@@ -199,7 +199,7 @@ fn folders_of_cases_are_removed_with_their_own_files() {
     assert!(request(folder.path(), Existing::Overwrite, &[]).check().is_err());
 }
 
-/// Regression: a run that starts from another run was allowed to overwrite it.
+/// Regression: a run that starts from another run was allowed to overwrite that run.
 #[test]
 fn a_file_that_the_command_reads_is_not_overwritten() {
     let folder = used();

@@ -58,7 +58,7 @@ pub(super) struct Checkpoint {
     pub(super) counts: Totals,
 }
 
-/// Numbers of outputs, and of evaluations that only the outputs require.
+/// Number of outputs, and number of evaluations that only the outputs require.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct OutputWork {
     pub(super) probe_rows: u64,

@@ -31,8 +31,8 @@ pub(super) struct Timing {
 }
 
 impl Timing {
-    /// Returns the time (s) of each part. The parts except for the setup add up to the time of the integration; `other`
-    /// contains the rest, for example step size control and the oscillators.
+    /// Returns the time (s) of each part. All parts except the setup add up to the integration time; `other` contains
+    /// the rest, for example step size control and the oscillators.
     fn by_part(&self) -> Value {
         let EvaluationTimes { residuals, tangents, factorizations, solves } = self.evaluations;
         let other = self.integration.saturating_sub(self.output + self.evaluations.total());

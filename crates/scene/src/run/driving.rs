@@ -1,4 +1,4 @@
-//! Effect of the error of the body on separately integrated chains.
+//! Errors of separately integrated chains that are due to the error of the body.
 
 use myovib_model::Field;
 use serde::Serialize;
@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::Scene;
 use crate::system::System;
 
-/// Effect of the error of the driving displacement on a chain.
+/// Error of a chain that is due to the error of the driving displacement.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct DrivingError {
     chain: String,
@@ -20,7 +20,7 @@ pub(super) struct DrivingError {
 }
 
 impl DrivingError {
-    /// Returns the effect on each separately integrated chain.
+    /// Returns the error of each separately integrated chain.
     pub(super) fn all(scene: &Scene, system: &impl System) -> Vec<Self> {
         let wanted = &scene.file.integrator.oscillators;
         let [relative, absolute] = match &scene.body {
@@ -47,13 +47,12 @@ impl DrivingError {
         effects.collect()
     }
 
-    /// Returns a note if the effect exceeds ten times the relative tolerance of the body, because the chain is then
-    /// less accurate than the body. For a rod, no note is returned because the rod and its chains have equal
-    /// tolerances.
+    /// Returns a note if the error exceeds ten times the relative tolerance of the body, because the chain is then less
+    /// accurate than the body. For a rod, no note is returned because the rod and its chains have equal tolerances.
     pub(super) fn note(&self, scene: &Scene) -> Option<String> {
         let body = scene.body.as_ref()?;
         let is_inaccurate = self.relative > 10.0 * body.settings.relative_tolerance;
-        // A chain at a fixed point may not move at all. The relative effect is then not finite.
+        // A chain at a fixed point may not move at all. The relative error is then not finite.
         (self.relative.is_finite() && is_inaccurate).then(|| {
             format!(
                 "chain `{}`: the error of the driving displacement, about {:.1e} m, changes the oscillators by at most \

@@ -17,8 +17,8 @@ pub(super) const CHECKPOINT: &str = "checkpoint.json";
 /// Names of the files written at the end of a run.
 pub(super) const AT_THE_END: [&str; 3] = [DOCUMENT, State::NAME, PAGE];
 
-/// Returns the request for the folder of a run. `own` are the files that the analysis writes in addition to the tables of
-/// probes and ratios.
+/// Returns the request for the folder of a run. `own` contains the files that the analysis writes in addition to the
+/// tables of probes and ratios.
 pub(super) fn request<'a>(
     scene: &'a Scene,
     options: &'a RunOptions<'_>,

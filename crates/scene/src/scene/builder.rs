@@ -56,7 +56,7 @@ impl<'a> Builder<'a> {
         self.source.report(Problem::new(path, error))
     }
 
-    /// Returns a vector with as many components as the mesh has dimensions. In the plane, the third component is zero.
+    /// Returns a vector with as many components as the mesh has dimensions. In 2D, the third component is zero.
     pub(super) fn coordinates(
         &self,
         values: &[f64],

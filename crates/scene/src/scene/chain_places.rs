@@ -19,12 +19,12 @@ pub(super) const MAX_OSCILLATORS: usize = 1_000_000;
 pub struct DrivenPlace {
     /// Position in the mesh.
     pub at: ElementPoint,
-    /// Unit vector d of the forcing γ d·u. In the plane, its third component is zero.
+    /// Unit vector d of the forcing γ d·u. In 2D, its third component is zero.
     pub direction: [f64; 3],
 }
 
 impl DrivenPlace {
-    /// Returns the coordinates at rest (m). In the plane, the third coordinate is zero.
+    /// Returns the coordinates at rest (m). In 2D, the third coordinate is zero.
     pub(crate) fn point(&self, space: &Space) -> [f64; 3] {
         let probe = Probe::located_at(space, self.at);
         [0, 1, 2].map(|axis| probe.point().get(axis).copied().unwrap_or_default())

@@ -14,7 +14,7 @@ use crate::scene_file::material::Material;
 use crate::scene_file::solid::{Direction, SpatialFactor};
 use crate::scene_file::{self, Analysis, SceneFile};
 
-/// Minimum and maximum numbers of times at which the sign of a prescribed tension is checked.
+/// Minimum and maximum number of sample times for the check of the sign of a prescribed tension.
 const SAMPLES: [f64; 2] = [1e3, 1e6];
 /// Number of sample times per time scale of the tension.
 const SAMPLES_OF_A_CHANGE: f64 = 4.0;

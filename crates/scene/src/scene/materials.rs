@@ -281,7 +281,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Returns a direction from its components. In the plane, the third component is optional.
+    /// Returns a direction from its components. In 2D, the third component is optional.
     pub(super) fn vector(
         &self,
         given: &[f64],

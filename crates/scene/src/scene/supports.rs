@@ -296,7 +296,7 @@ impl<'a> Builder<'a> {
         Ok(components)
     }
 
-    /// Rejects a third component in the plane.
+    /// Rejects a third component in 2D.
     pub(super) fn component(
         &self,
         axis: usize,

@@ -33,7 +33,7 @@ pub struct Active {
 pub enum Tension {
     /// Prescribed function of time.
     Given {
-        /// Tension T ≥ 0, Pa; 0 at t = 0 if the motion starts at rest.
+        /// Tension T ≥ 0, Pa; it must be 0 at t = 0 if the motion starts at rest.
         tension: Function,
     },
     /// Tension that grows linearly with S = |χ|² of a chain. Chains with `elements` act on the elements in which they
@@ -48,7 +48,7 @@ pub enum Tension {
         /// Tension at full coherence, Pa.
         #[schemars(range(min = 0))]
         at_full_coherence: f64,
-        /// Amplitude of an oscillator at rest.
+        /// Amplitude below which an oscillator counts as being at rest; the transition is smooth.
         #[serde(default = "rest_amplitude")]
         #[schemars(extend("exclusiveMinimum" = 0))]
         rest_amplitude: f64,

@@ -100,7 +100,7 @@ pub struct Chain {
     pub coupling: f64,
     /// Connection of the ends.
     pub ends: Ends,
-    /// Driven oscillators.
+    /// Oscillators that are driven.
     pub driven: Reach,
     /// Gain γ of the forcing γ d·u, 1/s² per m. An isolated oscillator follows a harmonic u at a frequency that differs
     /// from its natural frequency by Δω if γ |u| exceeds about 4 ω Δω.
@@ -113,7 +113,7 @@ pub struct Chain {
     /// Radius of the neighborhood whose |χ| is written as a field, m.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub coherence_radius: Option<f64>,
-    /// Initial position of all oscillators, at rest.
+    /// Initial position of all oscillators, which start at rest.
     pub initial: f64,
 }
 

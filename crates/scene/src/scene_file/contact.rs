@@ -19,8 +19,8 @@ pub struct Contact {
     pub y: Option<Function>,
     /// Displacement of the obstacle, m [default: 0].
     pub z: Option<Function>,
-    /// Force along `direction` that presses the obstacle against the body, N (N/m in the plane), instead of a
-    /// displacement. The obstacle has no mass and no friction.
+    /// Force along `direction` that presses the obstacle against the body, N (in 2D, N/m), instead of a displacement.
+    /// The obstacle has no mass and no friction.
     pub force: Option<Function>,
     /// Vector of any length along which `force` acts and the obstacle is free to move; only with `force`.
     #[schemars(length(min = 2, max = 3))]
@@ -69,7 +69,7 @@ pub enum Obstacle {
         #[schemars(length(min = 2, max = 3))]
         normal: Vec<f64>,
     },
-    /// Ball (in the plane, a disk).
+    /// Ball (in 2D, a disk).
     Sphere {
         /// Center, m.
         #[schemars(length(min = 2, max = 3))]
@@ -78,7 +78,7 @@ pub enum Obstacle {
         #[schemars(extend("exclusiveMinimum" = 0))]
         radius: f64,
     },
-    /// Infinite cylinder in space.
+    /// Infinite cylinder (only in 3D).
     Cylinder {
         /// Point of the axis, m.
         #[schemars(length(min = 3, max = 3))]

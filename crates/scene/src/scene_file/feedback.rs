@@ -19,7 +19,7 @@ pub struct Feedback {
     #[serde(default = "one")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub at_full_coherence: f64,
-    /// Amplitude of an oscillator at rest.
+    /// Amplitude below which an oscillator counts as being at rest; the transition is smooth.
     #[serde(default = "rest_amplitude")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rest_amplitude: f64,

@@ -228,7 +228,7 @@ impl Block {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum PrecisionName {
-    /// `mixed` for large bodies in space, otherwise `double`.
+    /// `mixed` for large 3D bodies, otherwise `double`.
     Auto,
     /// Double precision.
     Double,

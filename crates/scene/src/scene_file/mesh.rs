@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::number::one;
 
-/// Mesh of the body: triangles for plane strain, tetrahedra for space.
+/// Mesh of the body: triangles for plane strain, or tetrahedra in 3D.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Mesh {
     /// Origin of the elements.
@@ -34,7 +34,7 @@ pub enum MeshSource {
         /// File name, relative to the scene.
         path: PathBuf,
     },
-    /// Plane spindle, 0.2 m long, 311 triangles. Groups: `fixed` (both ends), `load` (middle of the top), `muscle`,
+    /// 2D spindle, 0.2 m long, with 311 triangles. Groups: `fixed` (both ends), `load` (middle of the top), `muscle`,
     /// `origin`.
     Muscle,
     /// `muscle` with a structured grid.
@@ -82,8 +82,8 @@ pub enum MeshSource {
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 3],
     },
-    /// Spindle in space with tendons and the nodal field `fiber`. Groups: `fixed` (both ends), `left`, `right`,
-    /// `surface`, `load` (middle of the top), `muscle`, `tendon`, `origin`.
+    /// 3D spindle with tendons and the nodal field `fiber`. Groups: `fixed` (both ends), `left`, `right`, `surface`,
+    /// `load` (middle of the top), `muscle`, `tendon`, `origin`.
     Muscle3d {
         /// Cells along the spindle (multiple of 10) and across it (even).
         #[serde(default = "muscle_cells")]

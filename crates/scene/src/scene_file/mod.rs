@@ -168,7 +168,7 @@ pub enum Analysis {
     Modes,
     /// Harmonic response to the loads with a `response`.
     Response,
-    /// Periodic motion under periodic loads, with its stability; no fields.
+    /// Periodic motion under periodic loads, with its stability. Fields are not written.
     Periodic,
 }
 

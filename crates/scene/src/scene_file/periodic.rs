@@ -14,7 +14,7 @@ pub struct Periodic {
     #[schemars(range(min = 0))]
     pub start_time: Option<f64>,
     /// Number of periods integrated before the search [default: none if harmonic balance finds a starting state, otherwise 3,
-    /// then 12 and 48 if the search fails].
+    /// followed by 12 and 48 if the search fails].
     #[schemars(range(max = 100_000))]
     pub settling_periods: Option<usize>,
     /// Maximum difference between the states at the ends of the period, relative to the size of the motion.

@@ -120,12 +120,12 @@ pub struct PrescribedDisplacement {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Rotation {
-    /// Angle, rad, counterclockwise (right-hand rule in space).
+    /// Angle, rad, counterclockwise (in 3D, right-hand rule).
     pub angle: Function,
     /// Point of the axis, m.
     #[schemars(length(min = 2, max = 3))]
     pub point: Vec<f64>,
-    /// Direction of the axis in space, of any length.
+    /// Direction of the axis in 3D, of any length.
     #[schemars(length(min = 3, max = 3))]
     pub axis: Option<Vec<f64>>,
 }
@@ -153,9 +153,9 @@ pub struct Traction {
 pub struct PointForce {
     /// Undeformed position, m.
     pub at: Vec<f64>,
-    /// Force, N; in the plane N/m.
+    /// Force, N (in 2D, N/m).
     pub x: Option<Function>,
-    /// Force, N; in the plane N/m.
+    /// Force, N (in 2D, N/m).
     pub y: Option<Function>,
     /// Force, N.
     pub z: Option<Function>,
@@ -207,11 +207,11 @@ pub struct ElasticFoundation {
 pub struct Spring {
     /// Undeformed position, m.
     pub at: Vec<f64>,
-    /// Stiffness k, N/m; in the plane N/m².
+    /// Stiffness k, N/m (in 2D, N/m²).
     #[serde(default)]
     #[schemars(range(min = 0))]
     pub stiffness: f64,
-    /// Damping c, N·s/m; in the plane N·s/m².
+    /// Damping c, N·s/m (in 2D, N·s/m²).
     #[serde(default)]
     #[schemars(range(min = 0))]
     pub damping: f64,

@@ -39,7 +39,7 @@ fn a_free_body_keeps_its_velocity() {
     }
 }
 
-/// Checks that a body in the plane has three modes at 0 Hz, and that a foundation raises the fourth frequency by its stiffness.
+/// Checks that a 2D body has three modes at 0 Hz, and that a foundation raises the fourth frequency by its stiffness.
 #[test]
 fn a_free_body_has_rigid_modes() {
     let frequencies = |more: &str| {

@@ -141,8 +141,9 @@ fn maxima_that_are_not_resonances_have_no_damping_ratio() {
         };
         with += 1;
         let mode = &modes[peak.mode.unwrap().number - 1];
-        // Half-power widths equal the modal damping up to the contributions of other modes. These change the width by a
-        // factor of 2.7 at the weakest peak, but by 160 and more at maxima between antiresonances (0.04 to 0.33).
+        // Half-power widths equal the modal damping up to the contributions of other modes. At the weakest peak, these
+        // contributions cause a factor of 2.7. At maxima between antiresonances (0.04 to 0.33), the factor would be at
+        // least 160.
         let modal = mode.damping_ratio.unwrap();
         assert!((0.5..5.0).contains(&(ratio / modal)), "{peak:?} {modal}");
     }

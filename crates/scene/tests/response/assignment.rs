@@ -125,7 +125,7 @@ fn peaks_of_a_beam_belong_to_bending_along_its_drive() {
     assert!(misled > 0);
 }
 
-/// Returns a cantilever in space, loaded at its end along an axis. Its width and height differ by 3 %.
+/// Returns a 3D cantilever, loaded at its end along an axis. Its width and height differ by 3 %.
 fn beam(axis: &str, solid: &str, material: &str) -> String {
     format!(
         r#"
@@ -158,8 +158,8 @@ quantities = ["u"]
     )
 }
 
-/// Checks a bar in space about rest and about a stretched state. Each mode that moves at least 1 % of the mass has a peak with
-/// its frequency and its damping, and all resonances lie at modes.
+/// Checks a 3D bar about rest and about a stretched state. Each mode that moves at least 1 % of the mass has a peak with its
+/// frequency and its damping, and all resonances lie at modes.
 #[test]
 fn resonances_in_space_lie_at_the_modes_of_rest_and_preload() {
     for kappa in ["1e5", "inf"] {
@@ -192,7 +192,7 @@ fn resonances_in_space_lie_at_the_modes_of_rest_and_preload() {
     }
 }
 
-/// Returns a lightly damped bar in space whose end is pulled along all axes.
+/// Returns a lightly damped 3D bar whose end is pulled along all axes.
 fn bar(kappa: &str, preload: &str) -> String {
     format!(
         r#"

@@ -301,7 +301,7 @@ fn fields_have_the_coherence_of_places_and_of_their_neighborhoods() {
     assert!(vtu::read_field(&fields, "coherence_nodes").is_none());
 }
 
-/// Checks places in the plane with directions along the fibers.
+/// Checks places in 2D with directions along the fibers.
 #[test]
 fn places_in_the_plane_have_two_coordinates() {
     let text = r#"

@@ -268,7 +268,7 @@ fn a_path_ends_where_an_obstacle_would_pull() {
 }
 
 /// Returns the velocity after the impact relative to the velocity before it, and the largest energy imbalance relative
-/// to the energy, for an elastic ball (in the plane) that hits a rigid plane.
+/// to the energy, for an elastic ball (in 2D) that hits a rigid plane.
 fn bounce(rtol: f64) -> [f64; 2] {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("disk.msh"), disk()).unwrap();

@@ -12,7 +12,7 @@ const FRICTION: f64 = 0.3;
 /// Slip velocity, m/s.
 const SLIP: f64 = 1e-4;
 
-/// Returns a block of 20 mm by 10 mm (in space with a depth of 10 mm) under a plate.
+/// Returns a block of 20 mm by 10 mm (in 3D, with a depth of 10 mm) under a plate.
 pub(crate) fn block(dimension: usize, head: &str, contact: &str, rtol: f64) -> String {
     let (mesh, point, normal) = match dimension {
         2 => (

@@ -12,10 +12,10 @@ use crate::friction::block;
 
 /// Point about which moments are computed, m.
 const ABOUT: [f64; 3] = [0.1, -0.2, 0.07];
-/// Traction along y, and along x (in the plane) or z (in space), Pa.
+/// Traction along y, and along x (in 2D) or z (in 3D), Pa.
 const TRACTION: [f64; 2] = [-400.0, 150.0];
 
-/// Returns arm × force; in the plane its third component.
+/// Returns arm × force; in 2D, only its third component.
 fn cross<T: Copy + std::ops::Mul<f64, Output = T> + std::ops::Sub<Output = T>>(
     arm: &[f64],
     force: &[T],

@@ -7,7 +7,7 @@ use myovib_scene::run::{RunOptions, compute};
 use myovib_scene::{InputError, Scene};
 use serde_json::Value;
 
-/// A block in space under a shear load that rises within the run.
+/// A 3D block under a shear load that rises within the run.
 const BLOCK: &str = r#"
 [time]
 end = 0.1

@@ -8,8 +8,8 @@ use crate::lattice::Lattice;
 /// Number of cells across the wall, and along an arc of 30°.
 const CELLS: usize = 3;
 
-/// Returns an arc of a tube in the plane, of `wedges` times 30°, with radii of 10 and 20 mm. The meshes of neighboring
-/// wedges are mirror images.
+/// Returns a 2D arc of a tube, of `wedges` times 30°, with radii of 10 and 20 mm. The meshes of neighboring wedges are
+/// mirror images.
 fn arc(wedges: usize) -> String {
     let mut lattice = Lattice::new(2, |[i, j]: [usize; 2]| {
         let [radius, angle] = [i, j].map(|i| i as f64 / (2 * CELLS) as f64);

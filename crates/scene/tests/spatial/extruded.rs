@@ -124,8 +124,8 @@ fn the_muscle_extruded_between_frictionless_planes_tends_to_plane_strain() {
     let error = |found: [f64; 2]| [0, 1].map(|i| (found[i] / limit[i] - 1.0).abs());
     let in_plane = [0, 1].map(|refine| error(equilibrium(&plane, refine, "")));
     let in_space = [0, 1].map(|refine| error(equilibrium(&solid, refine, rollers)));
-    // One layer represents fields independent of z exactly. The error on the triangles remains:
-    // 0.84 to 1.06 times the error in the plane, depending on the diagonals of the prisms.
+    // One layer represents fields independent of z exactly. The error on the triangles remains: 0.84 to 1.06 times the
+    // error in 2D, depending on the diagonals of the prisms.
     for ([coarse, fine], plane) in [0, 1].map(|i| (in_space.map(|e| e[i]), in_plane.map(|e| e[i])))
     {
         assert!(fine < 0.5 * coarse, "{in_space:?}");

@@ -36,8 +36,8 @@ pub(super) struct Document {
     pub(super) periodic: Option<PeriodTrial>,
 }
 
-/// Returns the extents along the axes (m), the volume (m³) and the mass (kg). For a plane body, the volume is replaced
-/// by the area (m²), and the mass is given per meter of depth (kg/m). `volumes` contains the volume of each material.
+/// Returns the extents along the axes (m), the volume (m³) and the mass (kg). For a 2D body, the volume is replaced by
+/// the area (m²), and the mass is given per meter of depth (kg/m). `volumes` contains the volume of each material.
 pub(super) fn size(size: &Size, volumes: &[f64]) -> Value {
     json!({
         "volumes_of_materials": volumes,
