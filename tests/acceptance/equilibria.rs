@@ -76,7 +76,7 @@ fn a_part_of_the_load_is_read_off_as_such() {
     let u_x = results["end"]["u_x"].as_f64().unwrap();
     // The tolerance is the rounding error of the mean of a constant.
     assert!((u_x + 0.97 * part).abs() < 1e-12, "{u_x} {part}");
-    // A mass of 1000 kg and a side of 1 m², per meter of depth; the support carries both loads.
+    // The mass is 1000 kg and the side has 1 m², per meter of depth. The support carries both loads.
     let (acceleration, traction) = (-50.0, -3e4);
     let weighed = format!(
         "[[body_force]]\nx = {acceleration:e}\n[[traction]]\ngroup = \"right\"\nx = {traction:e}\n"

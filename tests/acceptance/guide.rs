@@ -161,7 +161,7 @@ fn scenes_in_pages_match_the_schema() {
 #[test]
 fn examples_give_the_numbers_of_the_gallery() {
     let (shear, width) = (1e4, 0.02);
-    // Force per unit depth of an incompressible neo-Hookean strip in plane strain.
+    // This is the force per unit depth of an incompressible neo-Hookean strip in plane strain.
     let force = |stretch: f64| shear * (stretch - stretch.powi(-3)) * width;
     let crept = (0..9).fold(1.0_f64, |l, _| l - (l - l.powi(-3) - 0.1) / (1.0 + 3.0 * l.powi(-4)));
     let relaxed = 1.0 + 0.5 * f64::exp(-(3.0 - 0.025) / 0.4);
@@ -208,8 +208,8 @@ fn rubber_has_the_closed_forms_of_the_three_tests() {
     let [uniaxial, shear, biaxial] =
         ["0.0661", "0.0396", "0.0344"].map(|x| format!("prescribed_displacement[0].x={x}"));
     let pulled = "prescribed_displacement[1].y=0.0344";
-    // Name of the test, overrides, largest stretch, exponent of the thickness, number of measurements before rubber
-    // crystallizes, and deviation stated in the gallery (MPa).
+    // Each entry contains the name of the test, overrides, largest stretch, exponent of the thickness, number of
+    // measurements before rubber crystallizes, and deviation stated in the gallery (MPa).
     for (test, sets, largest, exponent, used, printed) in [
         ("uniaxial", &[&*uniaxial][..], 7.61, -0.5, 19, 0.051),
         ("shear", &[&*shear, back], 4.96, -1.0, 13, 0.030),
@@ -258,7 +258,7 @@ fn rubber_is_fitted_better_than_by_the_published_constants() {
     let folder = tempfile::tempdir().expect("a folder");
     copy_examples(folder.path());
     let mut scene = fs::read_to_string(folder.path().join("rubber.toml")).expect("a scene");
-    // Constants stated in the gallery, each with half of its last digit.
+    // These are the constants stated in the gallery, each with half of its last digit.
     let constants = [
         ("mu_1", 0.470e6, 0.0005e6),
         ("alpha_1", 1.57, 0.005),
@@ -297,7 +297,7 @@ fn rubber_is_fitted_better_than_by_the_published_constants() {
     assert_eq!(n, 19 + 13 + 16);
     let deviation =
         1e-2 * noise * (2.0 * fit["cost"].as_f64().expect("a number") / n as f64).sqrt();
-    // Deviation (MPa) stated in the gallery.
+    // The gallery states this deviation (MPa).
     assert!((deviation - 0.026).abs() < 5e-4, "{deviation} MPa");
     for ((name, value, half), found) in
         constants.iter().zip(fit["parameters"].as_array().expect("parameters"))

@@ -87,7 +87,7 @@ impl Engine for Counting {
     }
 }
 
-/// A beam with peaks, and a ratio and a reaction as further values.
+/// A beam with peaks, with a ratio and a reaction as additional values.
 const BEAM: &str = r#"analysis = "response"
 [mesh]
 type = "beam"

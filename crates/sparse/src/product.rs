@@ -370,7 +370,7 @@ mod tests {
         let mut by_columns = [0.5; 5];
         product.subtract_transposed(&values, &x, &mut by_columns);
         assert_eq!(by_columns, transposed);
-        // Several columns, which are multiples of the first one.
+        // There are several columns, which are multiples of the first column.
         for n_columns in [3, 8, 15] {
             let side_by_side = |of: &[f64], start: f64| -> Vec<f64> {
                 let row = |x: &f64| {

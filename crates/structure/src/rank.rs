@@ -122,7 +122,7 @@ mod tests {
         assert_eq!(decide(&[1.0, 0.1, 1e-6]), (3, Verdict::Decisive));
         assert_eq!(decide(&[0.0, 0.0]), (0, Verdict::Decisive));
         assert_eq!(decide(&[]), (0, Verdict::Decisive));
-        // Rounding errors, amplified by three orders of magnitude, below a clear gap of six decades.
+        // Rounding errors, amplified by three orders of magnitude, are below a clear gap of six decades.
         assert_eq!(decide(&[1.0, 1e-5, 1e-11, 1e-13, 1e-15]), (2, Verdict::Decisive));
     }
 

@@ -144,7 +144,7 @@ impl Request<'_> {
     }
 }
 
-/// Returns the warnings of `check`, except for those that are expensive to compute.
+/// Returns the warnings of `check`, except for warnings that are expensive to compute.
 fn warnings(scene: &Scene) -> Vec<Finding> {
     let mut findings = match (&scene.body, scene.file().analysis) {
         (Some(body), Analysis::Dynamic) => {

@@ -192,7 +192,7 @@ impl<'a> SceneModel<'a> {
         }
     }
 
-    /// Sets the effort of all further runs. The effort also determines the number of residuals.
+    /// Sets the effort of all later runs. The effort also determines the number of residuals.
     pub(super) fn set_effort(&mut self, effort: Effort) {
         self.effort = effort;
     }

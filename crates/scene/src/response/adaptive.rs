@@ -195,7 +195,7 @@ impl Adaptive {
     }
 
     /// Returns the frequencies of the peaks and their half-power frequencies, in ascending order. Frequencies near
-    /// those that have already been computed are excluded.
+    /// already computed frequencies are excluded.
     fn near(&self, peaks: &[(usize, Maximum)], computed: &[f64]) -> Vec<f64> {
         let [low, high] = self.range;
         let mut wanted = Vec::new();

@@ -84,7 +84,7 @@ impl Values {
         Ok(Self { probes, ratios, needed })
     }
 
-    /// Restricts the values to those with the `chosen` indices and to the terms of chosen ratios.
+    /// Restricts the computation to the values with the `chosen` indices and to the terms of chosen ratios.
     pub(crate) fn only(mut self, chosen: &[usize]) -> Self {
         self.needed.fill(false);
         let n_of_probes = self.needed.len() - self.ratios.len();

@@ -217,7 +217,7 @@ fn a_damaged_or_foreign_checkpoint_is_refused_before_anything_is_used() {
         let changed = format!("{}{other}{}", &good[..at], &good[at + 1..]);
         refused(&changed, &format!("changed at {at}"));
     }
-    // Checkpoint of another method for the same body and times.
+    // This checkpoint belongs to another method for the same body and times.
     let other = SCENE.replace("\"radau5\"", "\"radau9\"");
     let other = Scene::build("scene.toml", &other, &[], Path::new("")).unwrap();
     let foreign = folder.path().join("foreign");

@@ -25,7 +25,7 @@ use crate::result_folder::ResultFolder;
 use crate::state::State;
 use crate::vtu::{NotFinite, Series};
 
-/// Wall-clock time after which the next checkpoint is due. It is longer if writing a checkpoint takes a long time.
+/// Wall-clock time after which the next checkpoint is due. This time is longer if writing a checkpoint takes long.
 pub(super) const CHECKPOINT_AFTER: Duration = Duration::from_secs(5);
 /// Lower limit of the wall-clock time until the next checkpoint, as a multiple of the time needed to write the last
 /// checkpoint. It limits the cost of these checkpoints to 2 % of the duration of a run.

@@ -1,4 +1,4 @@
-//! Rehearsal of a run. It builds all parts of the run but does not search for the initial state.
+//! Rehearsal of a run, which builds all parts of the run but does not search for the initial state.
 
 use myovib_model::{Integrator, MuscleDae};
 

@@ -120,7 +120,7 @@ type Boxed<P> = Box<dyn Integrator<P>>;
 /// Integrator of a body, and the state of the body.
 type Started<B> = (Boxed<B>, Vec<f64>);
 
-/// Muscle with its chains, the error test and options, and initial values.
+/// Muscle coupled to its chains, with the error test, the options, and initial values.
 type Coupled<Y> = (CoupledDae<MuscleDae>, (ErrorTest, CoupledOptions), Y);
 
 /// Scene whose integrators start at the initial state or at a checkpoint.
@@ -135,7 +135,7 @@ impl<'a> Starter<'a> {
         Self { scene, checkpoint: None, watcher: Watcher::NOBODY }
     }
 
-    /// Returns the part of the checkpoint with the unknowns in `range`, if there is a checkpoint.
+    /// Returns the part of the checkpoint that contains the unknowns in `range`, if there is a checkpoint.
     fn resumed(
         &self,
         range: impl SliceIndex<[f64], Output = [f64]> + Clone,

@@ -199,7 +199,7 @@ mod tests {
         let whole = seen(0.49);
         assert_eq!(whole.inversion(), None);
         let [smallest, largest] = whole.ratios().expect("looked at");
-        // The tolerance covers rounding.
+        // The tolerance covers rounding errors.
         assert!((smallest - 0.02).abs() < 1e-12 && (largest - 1.0).abs() < 1e-12);
         let turned = seen(0.502);
         let found = turned.inversion().expect("the right side");

@@ -353,8 +353,8 @@ fn taylor_hood(mesh: &Mesh, regions: &[usize]) -> Result<Space, FemError> {
     }
 }
 
-/// Returns the formulation with the lowest index among those that are compatible with κ and β and have a pressure
-/// field.
+/// Returns the formulation with the lowest index among all formulations that have a pressure field and are compatible
+/// with κ and β.
 fn suited(parameters: &Parameters) -> Formulation {
     match (parameters.is_damped(), parameters.is_incompressible()) {
         (true, _) => Formulation::ImplicitRate,

@@ -1,4 +1,4 @@
-//! Stresses that materials add to those of their laws (fiber tension, viscosity), and elastic foundations of the
+//! Stresses that materials have in addition to their laws (fiber tension, viscosity), and elastic foundations of the
 //! boundary.
 
 use myovib_fem::material::{ActiveStress, Bestel, ForceLength, Prony, Springpot, unit_vector};
@@ -23,7 +23,7 @@ const SAMPLES_OF_A_CHANGE: f64 = 4.0;
 /// for a few rounding errors.
 const ISOCHORIC: f64 = 1e-10;
 
-/// Stresses that materials add to their laws.
+/// Stresses that materials have in addition to their laws.
 #[derive(Default)]
 pub(super) struct Added {
     /// Stresses with their elements.

@@ -48,8 +48,8 @@ const EXCLUDED: [&str; 9] = [
 const EQUAL: f64 = 1e-9;
 
 impl Builder<'_> {
-    /// Adds a note on the values of `file` that differ from those of `scene`, the scene of the earlier run, which ended
-    /// in `state`. Loads are compared by their values at the end of that run and at t = 0 of this scene.
+    /// Adds a note on the values that differ between `file` and `scene`, the scene of the earlier run, which ended in
+    /// `state`. Loads are compared by their values at the end of that run and at t = 0 of this scene.
     pub(super) fn note_differences(&self, scene: &Value, state: &State) {
         let Ok(own) = serde_json::to_value(self.file) else {
             return;

@@ -25,7 +25,7 @@ pub(super) type Supports = BTreeMap<(usize, usize), Support>;
 
 /// Motion of a constrained component.
 pub(super) struct Support {
-    /// Function of time; `None` for a held component.
+    /// Function of time; `None` for a fixed component.
     pub(super) signal: Option<Signal>,
     /// Amplitude (m) of the harmonic motion in a response.
     pub(super) amplitude: Complex64,

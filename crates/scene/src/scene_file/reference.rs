@@ -161,7 +161,7 @@ impl<'a> Page<'a> {
         }
     }
 
-    /// Returns the lists of names that a property allows, except shared ones.
+    /// Returns the lists of names that a property allows, except for shared lists.
     fn choices_of(&self, property: &'a Value) -> Vec<&'a str> {
         let mut found = Vec::new();
         for name in references(property) {

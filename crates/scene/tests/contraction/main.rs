@@ -184,7 +184,7 @@ fn a_scene_without_contraction_skips_its_evaluation() {
     assert!(all == added && tangents > 0, "{all} {added} {tangents}");
     assert_eq!(document["work"]["bed_passes"], all);
     assert!(columns.starts_with("t,u_x,u_y,u_z,tension,stress_xx,"));
-    // s³ (6 s² - 15 s + 10) at s = 0.02/0.05.
+    // The step function s³ (6 s² - 15 s + 10) has this value at s = 0.02/0.05.
     assert!((last[4] / (8e3 * 0.317_44) - 1.0).abs() < 1e-12, "{last:?}");
     // Up to the tolerance, the change of energy equals the work of tension, damping and foundations.
     let energy: Vec<f64> = serde_json::from_value(document["energy"].clone()).unwrap();

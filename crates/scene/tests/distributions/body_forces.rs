@@ -97,7 +97,7 @@ fn integrals(space: &Space, of: impl Fn(&ElementPoint, [f64; 2]) -> [f64; 3]) ->
     for element in 0..space.n_elements() {
         let part = space.mesh().measure_of(element) / f64::from(cells * cells);
         for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
-            // The subtriangle with the orientation of the triangle, and its mirror image.
+            // Each part is the subtriangle with the orientation of the triangle, or its mirror image.
             for turned in [false, true] {
                 if i + j + i32::from(turned) >= cells {
                     continue;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use myovib_scene::Scene;
 
-/// Returns the scene of a body held at a group (if its name is not empty), with additional tables.
+/// Returns the scene of a body fixed at a group (if its name is not empty), with additional tables.
 pub(crate) fn text(mesh: &str, held: &str, tables: &str) -> String {
     let fixed = match held {
         "" => String::new(),

@@ -91,7 +91,7 @@ fn displacements_of_one_group_add_up() {
         };
         let (sine, step) = (value(sine), value(step));
         let all = prescribed(&turned, t);
-        // The face has nine nodes, three with y = 0 and three with z = 0. One node belongs to both sets and is held.
+        // The face has nine nodes, three with y = 0 and three with z = 0. One node belongs to both sets and is fixed.
         assert_eq!(all.len(), 2 * 8);
         for (component, found) in all {
             let place = space.node_point(component / 3);

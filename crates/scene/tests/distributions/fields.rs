@@ -21,7 +21,7 @@ fn given(scene: &Scene) -> Vec<f64> {
     given
 }
 
-/// Tables and the held group.
+/// Tables and the fixed group.
 const TABLES: [(&str, &str); 3] = [
     ("[[traction]]\ngroup = \"load\"", "fixed"),
     ("[[body_force]]", "fixed"),

@@ -15,7 +15,7 @@ use rand::{Rng, SeedableRng};
 
 use crate::options;
 
-/// A block between rough plates, whose distance is reduced by a fifth. `MATERIAL` is replaced by further keys of the
+/// A block between rough plates, whose distance is reduced by a fifth. `MATERIAL` is replaced by additional keys of the
 /// material.
 const BLOCK: &str = r#"
 [time]

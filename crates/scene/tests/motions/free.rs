@@ -32,7 +32,7 @@ fn a_free_body_keeps_its_velocity() {
         for row in rows(&out, "end") {
             let exact = [0.3 * row[0], -0.2 * row[0], 0.3, -0.2];
             for (value, exact) in row[1..].iter().zip(exact) {
-                // Without strain, only rounding remains.
+                // Without strain, only rounding errors remain.
                 assert!((value - exact).abs() < 1e-12, "{row:?}");
             }
         }

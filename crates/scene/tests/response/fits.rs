@@ -90,7 +90,7 @@ const KEYS: [&str; 15] = [
 pub(crate) fn written(folder: &Path, text: &str, keys: &[&str]) -> PathBuf {
     let path = folder.join("scene.toml");
     let parameters = keys.iter().map(|key| {
-        // The scale of 1/κ.
+        // This is the scale of 1/κ.
         let scale = match *key {
             "solid.bulk_modulus" => "scale = 1e-5\n",
             _ => "",
@@ -174,8 +174,8 @@ fn derivatives_are_limits_of_differences_of_order_four() {
                     let pairs = rows.iter().zip(&found);
                     largest(&mut pairs.map(|(row, sample)| row[k] - sample.derivatives[j][k]))
                 });
-                // Probe values have errors of 1e-9 of the value. u_x is a thousandth of u_y but its errors are as large
-                // as the errors of u_y.
+                // Probe values have errors of 1e-9 of the value. u_x is a thousandth of u_y, but its errors are as
+                // large as the errors of u_y.
                 let rounding = 2e-6 * size + 1e-9 * value / parameter.scale;
                 assert!(
                     half <= (whole / 10.0).max(rounding) && half <= 1e-5 * size + rounding,

@@ -62,7 +62,7 @@ fn mesh([columns, rows]: [usize; 2]) -> String {
     };
     let line = |row: usize| [0, 2, 1].map(|j| [0, 2 * row + j]);
     let lines: String = (0..rows).map(|row| element(1 + row, &line(row))).collect();
-    // Vertices, then midpoints of the edges 01, 12, 20.
+    // The vertices are followed by the midpoints of the edges 01, 12 and 20.
     let halves = [
         [[0, 0], [2, 0], [2, 2], [1, 0], [2, 1], [1, 1]],
         [[0, 0], [2, 2], [0, 2], [1, 1], [1, 2], [0, 1]],
@@ -148,7 +148,7 @@ fn a_bar_let_go_swings_as_published() {
          [integrator]\nmethod = \"radau9\"\nrtol = 1e-4",
     ) + "interval = 0.001\n";
     let (_, rows) = run([16, 4], &moving);
-    // The minima of the first and of the fourth period.
+    // These are the minima of the first and of the fourth period.
     let least = [0, 3].map(|period| {
         let from = f64::from(period) / 1.0995;
         let of_period = rows.iter().filter(|row| (from..from + 0.6).contains(&row[0]));

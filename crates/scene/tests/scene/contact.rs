@@ -382,7 +382,7 @@ fn a_ball_under_a_force_indents_as_deep_as_under_a_displacement() {
         )
     };
     let given = table(&scene("y = -0.003"), "plate");
-    // Regression: beside the vertices, the motion was projected on the direction to the nearest point of the body.
+    // Regression: away from the vertices, the motion was projected on the direction to the nearest point of the body.
     let beside = scene("y = -0.003").replace("[0.0, 0.021]", "[0.0013, 0.021]");
     assert_eq!(last(&table(&beside, "plate"), "displacement"), 0.003);
     let force = -last(&given, "F_y");

@@ -42,7 +42,7 @@ fn displacements_and_pressures_that_are_zero_are_found() {
     assert!((result(&found, "all", "p") - 1e3).abs() < 1e-10);
     assert!(result(&found, "all", "u_z").abs() < 1e-14);
 
-    // Simple shear: P = G (F - F⁻ᵀ) for p = 0.
+    // The stress in simple shear is P = G (F - F⁻ᵀ) for p = 0.
     let square = "type = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [2, 2]";
     let sheared = "[[fixed]]\ngroup = \"bottom\"\n[[traction]]\ngroup = \"top\"\nx = 3000.0\ny = -300.0\n\
                    [[traction]]\ngroup = \"right\"\nx = -300.0\ny = 3090.0\n\
@@ -76,8 +76,8 @@ fn pressures_that_too_few_nodes_determine_are_tied() {
         let text = neo_hooke(box_, &held).replace("\"static\"", &format!("\"{analysis}\""));
         let found = run(&text, Path::new(""));
         if analysis == "static" {
-            // Simple shear: P = G (F - F⁻ᵀ) for p = 0, on 1 m². The state is homogeneous; Newton's method converges up to
-            // rounding errors.
+            // The stress in simple shear is P = G (F - F⁻ᵀ) for p = 0, on 1 m². The state is homogeneous; Newton's method
+            // converges up to rounding errors.
             let [shear, normal] = ["R_x", "R_z"].map(|column| result(&found, "face", column));
             assert!((shear - 1e4 * SHEAR).abs() < 1e-9 * 1e4, "{shear}");
             assert!(normal.abs() < 1e-9 * 1e4, "{normal}");

@@ -49,7 +49,7 @@ fn moved(group: &str, axis: &str, scale: f64, factor: &str) -> String {
 }
 
 /// Checks a cylinder that presses on a half-plane with the force π G b² per length, where b is half the width of the
-/// contact. The sides of the square body move as the half-plane under this force: the field of a line load (Flamant),
+/// contact. The sides of the square body move like the half-plane under this force: the field of a line load (Flamant),
 /// plus its second derivative times b²/8 for the distribution of the pressure. The next term is (b/L)⁴ < 1e-3 of the
 /// field.
 ///
@@ -267,8 +267,8 @@ fn a_ball_on_a_thin_layer_has_the_published_force() {
         let center = format!("[0.0, 0.0, 1.0]\n{AUGMENTED}");
         4.0 * indent(&body, folder.path(), &center, "z", depth)[0] / force - 1.0
     });
-    // The difference between the meshes, 1.3 %, estimates the error of the coarse mesh, which exceeds the error of the fine one. The linear
-    // theory neglects terms of the order of a/R times the strain, 0.05 × 0.02.
+    // The difference between the meshes, 1.3 %, estimates the error of the coarse mesh, which exceeds the error of the fine mesh. The
+    // linear theory neglects terms of the order of a/R times the strain, 0.05 × 0.02.
     let [coarse, fine] = errors;
     assert!(fine.abs() < (coarse - fine).abs() + 1e-3, "{errors:?}");
 }

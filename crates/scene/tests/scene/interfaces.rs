@@ -78,7 +78,7 @@ fn pressures_jump_where_only_the_law_changes() {
     }
 }
 
-/// Two stacked cubes of one law and two κ, held at their sides.
+/// Two stacked cubes of one law and two κ, supported at their sides.
 const STACK: &str = r#"
 analysis = "static"
 [mesh]
@@ -129,7 +129,7 @@ fn pressures_jump_in_space_where_only_kappa_changes() {
     let scene = Scene::build("stack.toml", STACK, &[], Path::new("")).unwrap();
     let body = scene.body.as_ref().unwrap();
     let space = body.muscle.solid.space();
-    // Three layers of nine vertices; the middle layer counts twice.
+    // There are three layers of nine vertices, and the middle layer counts twice.
     assert_eq!(space.n_pressures(), 27 + 9);
     let found = equilibrium(&body.muscle, body.formulation, 0.0).unwrap();
     let (kappas, shear) = ([1e5, 4e5], 1e4);

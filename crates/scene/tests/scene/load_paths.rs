@@ -51,7 +51,7 @@ fn arch() -> String {
     let (mut ends, mut crown, mut triangles) = (Vec::new(), Vec::new(), Vec::new());
     for (i, j) in (0..nx).flat_map(|i| (0..ny).map(move |j| (i, j))) {
         let [a, b, c, d] = [[0, 0], [2, 0], [2, 2], [0, 2]].map(|[x, y]| [2 * i + x, 2 * j + y]);
-        // Triangles symmetric about the crown.
+        // The triangles are symmetric about the crown.
         let halves = match i < nx / 2 {
             true => [[a, b, c], [a, c, d]],
             false => [[a, b, d], [b, c, d]],

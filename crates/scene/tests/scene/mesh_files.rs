@@ -52,7 +52,7 @@ fn one_block_in_many_files_deflects_alike() {
             file.entities[2].tag = 11;
             let mut of_ghosts = String::from("0\n");
             if ghosts {
-                // A copy of an element of the second partition.
+                // The ghost is a copy of an element of the second partition.
                 let mut ghost = second.clone();
                 ghost.elements.truncate(1);
                 (ghost.tag, ghost.groups) = (13, Vec::new());
@@ -66,7 +66,7 @@ fn one_block_in_many_files_deflects_alike() {
             );
         }
     };
-    // Elements without groups, as `Mesh.SaveAll` writes them.
+    // The file contains elements without groups, as `Mesh.SaveAll` writes them.
     let save_all = |file: &mut File| {
         file.entities.push(Entity::new(0, 1, &[], vec![vec![0]]));
         file.entities.push(Entity::new(1, 1, &[], vec![vec![0, 1]]));
@@ -253,7 +253,7 @@ fn files_of_other_kinds_are_refused_with_their_reason() {
         }
         file.version_4("4.1")
     };
-    // A cross-section in any plane parallel to two axes.
+    // The file contains a cross-section in a plane parallel to two axes.
     for (axis, z) in [(2, 0.0), (2, 0.05), (1, 0.0), (0, 0.05)] {
         let mesh = Mesh::parse_msh(plane(axis, z, 0.0), "plane.msh").unwrap();
         assert_eq!(mesh.dimension(), 2);
@@ -278,7 +278,7 @@ fn files_of_other_kinds_are_refused_with_their_reason() {
         file.entities[2].elements.push(first);
     });
     assert_eq!(defect(&duplicate), DefectKind::Duplicate);
-    // Two volumes with separate nodes.
+    // The two volumes have separate nodes.
     let unmerged = in_4(&|file| {
         file.two_volumes();
         let n = file.points.len();

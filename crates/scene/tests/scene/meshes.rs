@@ -179,7 +179,7 @@ fn invalid_groups_are_located() {
 fn a_mesh_in_millimeters_is_scaled() {
     let in_mm =
         BLOCK.replace("size = [2.0, 1.0, 1.0]", "size = [2000.0, 1000.0, 1000.0]\nscale = 1e-3");
-    // Coordinates differ by rounding.
+    // The coordinates differ by rounding errors.
     assert!((tip(&in_mm) / tip(BLOCK) - 1.0).abs() < 1e-9);
 }
 

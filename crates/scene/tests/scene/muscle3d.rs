@@ -122,8 +122,8 @@ fn the_muscle_in_space_contracts_and_vibrates_for_two_seconds() {
     let (more, [tighter, tighter_coherence]) = run(&build(&tight), ["origin", "coherence"]);
     println!("tighter: {} steps, {} CPU s", more["steps"], more["cpu_seconds"]);
     assert!(more["steps"].as_u64() > document["steps"].as_u64());
-    // Displacements relative to the largest one (along z), pressure, and |Ψ| agree within the rtol of the scene,
-    // relative to their maximum.
+    // Displacements (relative to the largest displacement, along z), the pressure, and |Ψ| agree within the rtol of the
+    // scene, relative to their maximum.
     let displacement = largest(tighter.iter().map(|row| row[3]));
     let pressure = largest(tighter.iter().map(|row| row[4]));
     let strength = largest(tighter_coherence.iter().map(|row| row[1]));

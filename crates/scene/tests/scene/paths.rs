@@ -142,7 +142,7 @@ fn a_bar_is_stretched_in_as_many_iterations_for_any_mesh() {
         let found = run(&bar);
         let iterations = found.document["newton_iterations"].as_u64().unwrap();
         assert!(iterations <= 8, "{cells} cells: {iterations} iterations");
-        // The transverse stretch of a homogeneous state, from its change of volume.
+        // The transverse stretch of a homogeneous state follows from its change of volume.
         let across = (result(&found, "end", "J") / 1.5).sqrt() - 1.0;
         let error = (result(&found, "end", "u_y") / 0.1 - across).abs();
         assert!(error < 1e-12, "{cells} cells: {error:e}");
@@ -271,7 +271,7 @@ fn tables_are_linear_unless_they_say_otherwise() {
     assert_eq!(load(", interpolation = \"linear\""), (1000.0, 0));
     assert_eq!(load(", interpolation = \"pchip\""), (1000.0, 0));
     let (overshot, notes) = load(", interpolation = \"spline\"");
-    // The natural spline: 1000 + 300/6 (5/9 - (5/9)³) 81.
+    // The natural spline has the value 1000 + 300/6 (5/9 - (5/9)³) 81.
     let expected = 1000.0 + 50.0 * 81.0 * (5.0 / 9.0 - (5.0_f64 / 9.0).powi(3));
     assert!((overshot - expected).abs() < 1e-9 && notes == 1);
 }

@@ -383,7 +383,7 @@ fn ligament(strain: impl Fn(f64) -> f64) -> Vec<f64> {
         };
         let cauchy =
             2.0 * 47.93e6 * (l * l - 1.0 / l) - 2.0 * 40.46e6 * (l - 1.0 / (l * l)) + fiber;
-        // Second Piola–Kirchhoff stress along and across the fibers.
+        // These are the second Piola–Kirchhoff stresses along and across the fibers.
         [2.0 / 3.0 * cauchy / (l * l), -cauchy * l / 3.0]
     };
     let step = 1.0 / f64::from(PER_SECOND);

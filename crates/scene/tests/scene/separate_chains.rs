@@ -249,7 +249,7 @@ fn the_amplitude_of_a_chain_ends_a_run_within_a_step_of_the_body() {
         assert_eq!(document["reason"], "event");
         document["t_reached"].as_f64().unwrap()
     });
-    // |Ψ| changes by its own size within 0.1 s or more, and has relative errors of 1e-7.
+    // |Ψ| takes at least 0.1 s to change by its own size, and has relative errors of 1e-7.
     assert!((times[0] - times[1]).abs() < 1e-8, "{times:?}");
     times.sort_by(f64::total_cmp);
     let before = rows.iter().take_while(|row| row[0] < times[0]);
@@ -284,7 +284,7 @@ fn the_error_of_the_driving_displacement_is_reported() {
         // The errors of the oscillators' steps accumulate.
         let own = 20.0 * (1e-7 * size + 1e-10);
         assert!(off < number("position") + own, "{method} {rtol}: {off:e} {found}");
-        // The largest position refers to the ends of steps, the size to the rows of the table.
+        // The largest position refers to the ends of steps, whereas the size refers to the rows of the table.
         let ratio = number("relative") * size / number("position");
         assert!((0.9..1.1).contains(&ratio), "{ratio}");
         let is_noted = result.notes.iter().any(|note| note.contains("chain `chain`"));

@@ -96,7 +96,7 @@ fn all_cases_are_read_before_one_is_computed() {
     let first = printed(Cases::All).unwrap();
     let case = "case: 2: solid.bulk_modulus=1e5, material[0].density=-1";
     assert!(first.contains(case), "{first}");
-    // A readable value that the run rejects: a probe beyond the rod.
+    // The value is readable, but the run rejects it, because the probe is beyond the rod.
     let beyond = ["probe[1].at=0.05,9.0"];
     let beyond = refusal(&out, "figure3", &beyond, "time.end=0.01", Cases::All).unwrap();
     assert!(beyond.contains("2: probe[1].at=9.0"), "{beyond}");
@@ -133,7 +133,7 @@ fn loads_on_a_body_at_rest_are_rejected_without_searching_an_equilibrium() {
         }
         assert!(!out.exists(), "{name}: nothing is written");
 
-        // The body is not held along y.
+        // The body is not supported along y.
         let free = [
             "time.end=0.01",
             "initial_state={ type = \"equilibrium\" }",
@@ -296,8 +296,8 @@ fn scenes_of_several_states_do_not_start_from_a_neighbor() {
     assert!(!folder.path().join("out").exists());
 }
 
-/// Regression: cases that left their branch, and columns that have no value, were not reported; an override of a varied key
-/// was ignored; a shortened table was read as the result of its case.
+/// Regression: cases that left their branch and columns without a value were not reported. An override of a varied key was
+/// ignored. A shortened table was read as the result of its case.
 #[test]
 fn a_sweep_reports_what_its_table_does_not_show() {
     let folder = tempfile::tempdir().unwrap();

@@ -59,7 +59,7 @@ fn released_within(
 #[test]
 fn steps_do_not_depend_on_the_units() {
     // Without damping, BDF resolves vibrations of the volume with order 2 or damps them with order 1. Rounding errors
-    // decide between both: a change of the load by 1e-6 leads to 290 or 750 steps in any units.
+    // decide between these two cases: a change of the load by 1e-6 leads to 290 or 750 steps in any units.
     for (method, damping) in [("bdf", 1e-3), ("radau5", 1e-3), ("radau9", 0.0)] {
         let (steps, deflection) = released(SYSTEMS[0], method, damping);
         for system in &SYSTEMS[1..] {

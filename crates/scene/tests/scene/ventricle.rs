@@ -108,9 +108,9 @@ fn the_ventricle_begins_to_contract_as_in_a_tighter_run() {
         assert!(distance(&ours[19], &[0.0; 3]) > 4e-3, "{point}: {:?}", ours[19]);
     }
     assert_eq!(document["unknowns"], 28_844);
-    // An ellipsoid of semi-axes 0.09, 0.025, 0.025 m, cut at 5/17 of the first. Straight faces
-    // between its points lie inside: about 16 around it reduce the volume by 1 − sin(2π/16)/(2π/16)
-    // = 2.6 %.
+    // The cavity is an ellipsoid with the semi-axes 0.09, 0.025 and 0.025 m, cut at 5/17 of the first semi-axis.
+    // Straight faces between its points are inside the ellipsoid: about 16 faces around it reduce the volume by 1 −
+    // sin(2π/16)/(2π/16) = 2.6 %.
     let (a, b, cut) = (0.09, 0.025, 0.09 * 5.0 / 17.0);
     let cubes = (f64::powi(cut, 3) + f64::powi(a, 3)) / (3.0 * a * a);
     let ellipsoid = std::f64::consts::PI * b * b * (a + cut - cubes);

@@ -138,10 +138,10 @@ fn an_incompressible_cube_is_pulled_along_and_across_its_fibers() {
         l if l < straight => crimped(l),
         l => c5 * (l - straight) + crimped(straight),
     };
-    // Differences between the Cauchy stresses along two axes, given the third stretch.
+    // This is the difference between the Cauchy stresses along two axes, given the third stretch.
     let matrix = |a: f64, b: f64, c: f64| 2.0 * (a * a - b * b) * (c10 + c01 * c * c);
     let along = |l: f64| (matrix(l, l.powf(-0.5), l.powf(-0.5)) + tension(l)) / l;
-    // Stretch μ of the free fibers for the stretch λ across them, by bisection.
+    // Bisection finds the stretch μ of the free fibers for the stretch λ across them.
     let fiber = |l: f64| {
         let free = |m: f64| matrix(m, 1.0 / (l * m), l) + tension(m);
         let (mut low, mut high) = (0.5, 2.0);

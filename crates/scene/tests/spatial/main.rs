@@ -12,7 +12,7 @@ use myovib_scene::Scene;
 use myovib_scene::run::{RunOptions, compute};
 use serde_json::Value;
 
-/// A block of twelve tetrahedra, held at its left end.
+/// A block of twelve tetrahedra, fixed at its left end.
 const BLOCK: &str = r#"
 analysis = "static"
 [mesh]
@@ -132,6 +132,6 @@ fn land1_is_within_the_codes_of_the_benchmark() {
     let results = results(&scene);
     let u_z = results["tip"]["u_z"].as_f64().unwrap();
     assert!((u_z - 3.17e-3).abs() < 2e-5, "{results}");
-    // Result of another P2–P1 program with the same number of cells, to four digits.
+    // Another P2–P1 program has this result with the same number of cells, to four digits.
     assert!((u_z - 3.159e-3).abs() < 1e-6, "{results}");
 }

@@ -200,9 +200,9 @@ fn mesh_files_that_are_wrong_in_space_are_refused_with_their_place() {
         ("4 1 0 0\n", "4 0 0 0\n", "`f0` is zero at the vertex [0.0, 0.0, 1.0]"),
         ("4 1 0 0\n", "4 nan 0 0\n", "not a number at the vertex [0.0, 0.0, 1.0]"),
         ("\"f0\"", "\"f1\"", "the mesh has no nodal field `f0`"),
-        // A triangle other than the faces of tetrahedra.
+        // The triangle is not a face of a tetrahedron.
         ("1 1 2 3\n", "1 1 2 5\n", "is not a face of any tetrahedron"),
-        // Four coplanar vertices, and two tetrahedra on the same side of a common face.
+        // Four vertices are coplanar, or two tetrahedra are on the same side of a common face.
         ("1 1 1\n$EndNodes", "0 0.5 0.5\n$EndNodes", "is degenerate"),
         (
             "1 1 1\n$EndNodes",

@@ -68,7 +68,7 @@ impl AdjacencyList {
         &self.indices[self.offsets[k]..self.offsets[k + 1]]
     }
 
-    /// Returns the start of each list, followed by the end of the last one.
+    /// Returns the start of each list, followed by the end of the last list.
     pub(crate) fn offsets(&self) -> &[usize] {
         &self.offsets
     }

@@ -183,7 +183,7 @@ fn saddle(side: usize, delta: Option<f64>, rng: &mut StdRng) -> Saddle {
     let mut drawn = std::collections::HashMap::new();
     let values = pattern.entries().map(|(c, r)| match (c == r, c >= n_q) {
         (true, true) => -delta.unwrap(),
-        // 27 points with three components each: the diagonal dominates the rows of K.
+        // A row has 27 points with three components each, so the diagonal dominates the rows of K.
         (true, false) => 100.0,
         _ => *drawn.entry((c.min(r), c.max(r))).or_insert_with(|| rng.random_range(-1.0..1.0)),
     });
@@ -276,7 +276,7 @@ fn ldlt_and_lu_agree_for_symmetric_matrices() {
 #[test]
 fn narrow_fronts_agree_with_the_general_kernels() {
     let mut rng = StdRng::seed_from_u64(21);
-    // 6 × 6 grid points with two unknowns each.
+    // The grid has 6 × 6 points with two unknowns each.
     let points = stencil(6);
     let is_entry = |a: usize, b: usize| points.lane(a / 2).contains(&(b / 2));
     let p = pattern(2 * points.major_dim(), is_entry);

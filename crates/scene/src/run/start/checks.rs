@@ -20,7 +20,7 @@ const ZERO_AT_START: f64 = 1e-9;
 /// Nodal forces below this fraction of their maximum may act suddenly at t = 0. They change the motion by approximately
 /// the same fraction.
 const NEGLIGIBLE_FORCE: f64 = 1e-5;
-/// Number of equal time intervals at whose ends loads and motions are sampled to find their maximum.
+/// Number of equal time intervals. At their ends, loads and motions are sampled to find the maximum.
 const SIZE_TIMES: u32 = 61;
 
 /// Rejects an initial state that contradicts the loads or the supports at t = 0, without searching for an equilibrium.
