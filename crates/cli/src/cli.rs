@@ -64,7 +64,7 @@ pub enum Command {
     Figures(figure::FiguresArgs),
     /// Animate the deformation of a body or the oscillators of a chain (GIF).
     Movie(movie::MovieArgs),
-    /// Sweep the drive of a chain and determine where the chain locks to it.
+    /// Sweep the drive of a chain and determine where the chain locks to the drive.
     Synchronization(synchronization::SynchronizationArgs),
     /// Print the JSON Schema of scenes, for completion and validation in editors.
     Schema(schema::SchemaArgs),

@@ -102,8 +102,8 @@ fn only_the_first_solution_is_refined() {
     }
 }
 
-/// A Laplacian with random weights and without boundary conditions is singular. A small shift results in a condition
-/// number of about 1e11.
+/// Returns a Laplacian with random weights and a small shift. Without boundary conditions, a Laplacian is singular, so
+/// the shift results in a condition number of about 1e11.
 fn ill_conditioned() -> Vec<f64> {
     let pattern = stencil();
     let weight = |a: usize, b: usize| 1.5 + ((a * b + a + b) as f64).sin();

@@ -372,7 +372,7 @@ fn restrict(scene: &Parameterized, parameters: &mut [Parameter]) {
     }
 }
 
-/// Rejects bounds outside the range that the scene allows, because the fit would fail before it reaches them.
+/// Rejects bounds outside the range that the scene allows, because the fit would fail before it reaches such bounds.
 fn expect_bounds(scene: &Parameterized, start: &[f64]) -> Result<(), InputError> {
     for (i, known) in scene.parameters.iter().enumerate() {
         for (key, bound) in [("low", known.wanted.low), ("high", known.wanted.high)] {

@@ -431,7 +431,7 @@ pub(crate) const PRELOAD: &str = "response.preload_time";
 /// time is given. Also returns a note on implausible volumes.
 ///
 /// # Errors
-/// Fails if no equilibrium is found, or if elements are inverted in it and the scene does not allow this.
+/// Fails if no equilibrium is found, or if it contains inverted elements and the scene does not allow this.
 pub(crate) fn equilibrium(
     scene: &Scene,
     muscle: &Muscle,

@@ -157,8 +157,8 @@ pub(super) fn damping_ratio(
 mod tests {
     use super::*;
 
-    /// The first of two oscillators has a natural frequency of 10 Hz and the damping ratio ζ = 0.02. Its amplitude has
-    /// a maximum at 10 √(1 − 2ζ²) Hz.
+    /// Checks the response of two oscillators. The first oscillator has a natural frequency of 10 Hz and the damping
+    /// ratio ζ = 0.02, so its amplitude has a maximum at 10 √(1 − 2ζ²) Hz.
     #[test]
     fn peaks_lie_between_the_samples() {
         let mode = |f0: f64, f: f64| 1.0 / Complex64::new(f0 * f0 - f * f, 0.04 * f0 * f);

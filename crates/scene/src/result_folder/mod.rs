@@ -495,7 +495,7 @@ fn is_at(file: &File, path: &Path) -> bool {
     id(file.metadata()) == id(fs::symlink_metadata(path))
 }
 
-/// On other systems, open files cannot be removed.
+/// Returns `true`, because open files cannot be removed on other systems.
 #[cfg(not(unix))]
 fn is_at(_file: &File, _path: &Path) -> bool {
     true

@@ -163,7 +163,7 @@ mod tests {
         assert!(note.contains(" 7.00"), "{note}");
     }
 
-    /// Two sides of a box share an edge of 2 cells. On this edge, 5 nodes with 3 components each are fixed.
+    /// Checks two sides of a box that share an edge of 2 cells. On this edge, 5 nodes with 3 components each are fixed.
     #[test]
     fn reactions_that_share_nodes_are_noted() {
         let notes = |text: &str| {

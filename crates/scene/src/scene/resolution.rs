@@ -54,8 +54,8 @@ fn waves(file: &SceneFile, body: &Body) -> Option<String> {
 mod tests {
     use crate::scene::idle;
 
-    /// Shear waves have the speed √(μ/ρ) = √10 m/s. At √5 Hz, the wavelength is √2 m. This is twice the length of the
-    /// longest edge, a diagonal of √2/2 m.
+    /// Returns the number of notes. Shear waves have the speed √(μ/ρ) = √10 m/s. At √5 Hz, the wavelength is √2 m. This
+    /// is twice the length of the longest edge, a diagonal of √2/2 m.
     fn notes(more: &str, set: &[&str]) -> usize {
         let notes = idle::tests::notes(more, set);
         assert!(notes.iter().all(|note| note.contains("shear waves")), "{notes:?}");

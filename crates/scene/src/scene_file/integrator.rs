@@ -82,7 +82,7 @@ pub enum MaxOrder {
 }
 
 impl MaxOrder {
-    /// The order, if it is given.
+    /// Returns the order, if it is given.
     pub fn fixed(self) -> Option<u8> {
         match self {
             Self::Fixed(order) => Some(order),

@@ -157,7 +157,8 @@ pub struct SceneFile {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Analysis {
-    /// Equilibrium under the loads at `time.end` (at 0 without `[time]`), or a path to it (`[static]`).
+    /// Equilibrium under the loads at `time.end` (at 0 without `[time]`), or a path of equilibria up to these loads
+    /// (`[static]`).
     Static,
     /// Motion from t = 0 to `time.end`.
     #[default]

@@ -1,4 +1,4 @@
-//! Parameters of scenes, and how the equations depend on them.
+//! Parameters of scenes, and the dependence of the equations on parameters.
 
 use myovib_model::Formulation;
 use myovib_model::formula::{Formula, Role};

@@ -1,9 +1,9 @@
 //! Sensitivities of a scene's outputs.
 //!
 //! [`Parameterized`] is a scene with its parameters. [`outputs`] returns the observed columns of its probes. [`follow`]
-//! runs the scene and samples the outputs and their derivatives at given times. Similarly, [`respond`] samples them at
-//! frequencies and [`equilibria`] at load factors. [`compute`] samples at the intervals of the scene's probes and
-//! returns [`Curves`]. [`StiffnessMap`] contains the sensitivities to the stiffness of each element.
+//! runs the scene and samples the outputs and their derivatives at given times. Similarly, [`respond`] samples outputs
+//! at frequencies, and [`equilibria`] samples outputs at load factors. [`compute`] samples at the intervals of the
+//! scene's probes and returns [`Curves`]. [`StiffnessMap`] contains the sensitivities to the stiffness of each element.
 
 mod chains;
 mod curves;

@@ -377,9 +377,9 @@ fn six_parameters_are_found_from_starts_half_off() {
     }
 }
 
-/// Checks the 95 % intervals for 200 synthetic data sets. The interval of each parameter must contain the true value in
-/// 89 to 99 % of them: 0.95 ± 4 standard deviations of a count of 200, limited to 0.99, above which intervals are too
-/// wide.
+/// Checks the 95 % intervals for 200 synthetic data sets. The interval of each parameter must contain the true value
+/// for 89 to 99 % of the data sets: 0.95 ± 4 standard deviations of a count of 200, limited to 0.99, above which
+/// intervals are too wide.
 #[test]
 #[ignore = "slow"]
 fn intervals_of_two_hundred_twins_cover_as_often_as_they_say() {

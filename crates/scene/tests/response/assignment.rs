@@ -158,8 +158,8 @@ quantities = ["u"]
     )
 }
 
-/// Checks a 3D bar about rest and about a stretched state. Each mode that moves at least 1 % of the mass has a peak with its
-/// frequency and its damping, and all resonances lie at modes.
+/// Checks a 3D bar about rest and about a stretched state. Each mode that moves at least 1 % of the mass has a peak with the
+/// frequency and damping of the mode, and all resonances are at modes.
 #[test]
 fn resonances_in_space_lie_at_the_modes_of_rest_and_preload() {
     for kappa in ["1e5", "inf"] {

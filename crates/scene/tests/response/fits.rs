@@ -308,9 +308,8 @@ fn rheometry_without_noise_gives_its_springpot() {
     }
 }
 
-/// Checks the 95 % intervals for 200 synthetic data sets. The interval of each parameter must contain the true value in
-/// 89 to 99 % of them: 0.95 ± 4 standard deviations of a proportion
-/// of 200.
+/// Checks the 95 % intervals for 200 synthetic data sets. The interval of each parameter must contain the true value
+/// for 89 to 99 % of the data sets: 0.95 ± 4 standard deviations of a proportion of 200.
 #[test]
 #[ignore = "slow: 200 fits"]
 fn intervals_of_two_hundred_twins_cover_as_often_as_they_say() {

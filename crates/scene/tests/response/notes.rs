@@ -49,7 +49,7 @@ fn modes_below_the_range_are_noted() {
     }
 }
 
-/// The amplitudes of a linear response are proportional to its loads.
+/// Checks notes on amplitudes, which are proportional to the loads of a linear response.
 #[test]
 fn displacements_above_the_size_of_the_body_and_large_strains_are_noted() {
     let deflection = |traction: f64| {

@@ -235,7 +235,8 @@ fn a_load_that_begins_late_repeats_after_its_beginning() {
     assert!((own / expected - 1.0).abs() < 1e-5, "{own} {expected}");
 }
 
-/// The paper's chain follows the rod only with a larger gain: otherwise the motion leaves the state near rest.
+/// Checks that the paper's chain follows the rod only with a larger gain. Otherwise, the motion leaves the state near
+/// rest.
 #[test]
 fn an_unlocked_chain_has_only_an_unstable_state() {
     for (gain, is_stable) in [(6000.0, true), (1.0, false)] {

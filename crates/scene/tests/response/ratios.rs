@@ -12,7 +12,7 @@ const FREQUENCIES: [f64; 3] = [10.0, 40.0, 70.0];
 
 const RATIOS: [&str; 3] = ["transmissibility", "impedance", "apparent-mass"];
 
-/// A viscous slab on a rigid base, shaken at its upper face, with `n` cells across its thickness.
+/// Returns a viscous slab on a rigid base, shaken at its upper face, with `n` cells across its thickness.
 pub(crate) fn slab(n: usize) -> String {
     let width = 0.03 / n as f64;
     let held = ["left", "right", "top"]

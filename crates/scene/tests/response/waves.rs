@@ -136,7 +136,8 @@ fn exact_tables_of_waves_give_the_constants_of_their_models() {
     }
 }
 
-/// Only μ^(1−a) η^a and a of a plain springpot have an effect: along (a, −(1−a), 0), relative changes of μ, η and a cancel.
+/// Checks that only μ^(1−a) η^a and a of a plain springpot have an effect: along (a, −(1−a), 0), relative changes of μ, η
+/// and a cancel.
 #[test]
 fn waves_do_not_determine_modulus_and_viscosity_of_a_springpot() {
     let case = reference("s13_03_plane_wave.json");

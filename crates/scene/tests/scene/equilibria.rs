@@ -25,7 +25,7 @@ fn result(run: &RunResult, probe: &str, column: &str) -> f64 {
 }
 
 /// Regression: the iteration did not converge if a displacement or a pressure is zero, because no increment is small
-/// relative to it.
+/// relative to zero.
 #[test]
 fn displacements_and_pressures_that_are_zero_are_found() {
     let confined: String =
@@ -338,8 +338,8 @@ fn an_equilibrium_takes_its_displacements_at_one_time() {
     assert_eq!(material["shear_modulus"], 1e4);
 }
 
-/// Supports that move at the time of an equilibrium have no velocity in it. Regression: the reaction contained the viscous
-/// stress. The bar has the stress G (λ² − 1/λ) of an incompressible body.
+/// Supports that move at the time of an equilibrium have no velocity in this equilibrium. Regression: the reaction
+/// contained the viscous stress. The bar has the stress G (λ² − 1/λ) of an incompressible body.
 #[test]
 fn viscosity_has_no_effect_on_equilibria() {
     const G: f64 = 1e4;

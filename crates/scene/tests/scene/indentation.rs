@@ -200,7 +200,7 @@ fn a_ball_presses_with_the_force_of_hertz() {
     }
 }
 
-/// The contact is 64 times stiffer than by default.
+/// Checks a contact that is 64 times stiffer than by default.
 #[test]
 fn a_stiff_ball_has_the_contact_area_of_hertz() {
     let (depth, edge) = (0.02, 0.4);

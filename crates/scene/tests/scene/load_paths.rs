@@ -296,7 +296,7 @@ fn stored_fields_have_the_load_factor_as_time_if_it_grows() {
     assert_eq!(times("loads = [0.5, 1.0, 0.5]"), [0.0, 1.0, 2.0, 3.0]);
 }
 
-/// The block is stretched homogeneously, with the energy ζ/2 (λ² + λ⁻² − 2) per area.
+/// Checks a block that is stretched homogeneously, with the energy ζ/2 (λ² + λ⁻² − 2) per area.
 #[test]
 fn every_state_has_its_elastic_energy() {
     let moved = "[[prescribed_displacement]]\ngroup = \"top\"\ny = -0.002\n";

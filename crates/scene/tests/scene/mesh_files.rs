@@ -13,7 +13,7 @@ use myovib_scene::run::{RunOptions, compute};
 
 use gmsh::{Entity, File, block};
 
-/// Scene of a block in a file, clamped at a group and loaded by its weight.
+/// Returns the scene of a block in a file, clamped at a group and loaded by its weight.
 fn scene(group: &str, scale: f64) -> String {
     format!(
         "analysis = \"static\"\n[mesh]\ntype = \"file\"\npath = \"block.msh\"\nscale = {scale:?}\n[solid]\nbulk_modulus = 1e6\n\

@@ -18,9 +18,9 @@ fn scene(mesh: &str, kappa: &str, rest: &str) -> Scene {
 const BLOCK: &str = "type = \"rectangle\"\nwidth = 0.2\nheight = 0.1\ncells = [2, 1]";
 const CUBE: &str = "type = \"box\"\nsize = [0.2, 0.1, 0.1]\ncells = [1, 1, 1]";
 
-/// The modes of a free body represent translations exactly: the sums of the effective masses are its mass. In a supported
-/// body, the modes represent the displacement w of M w = M r, without the part of the mass that the mass matrix assigns to
-/// fixed nodes alone.
+/// Checks sums of effective masses. The modes of a free body represent translations exactly, so these sums equal its mass.
+/// In a supported body, the modes represent the displacement w of M w = M r, without the part of the mass that the mass
+/// matrix assigns to fixed nodes alone.
 #[test]
 fn effective_masses_add_up_to_the_mass() {
     for (mesh, mass, axes) in [(BLOCK, 20.0, 2), (CUBE, 2.0, 3)] {

@@ -95,7 +95,7 @@ fn a_clamp_balances_the_moment_of_the_load() {
     }
 }
 
-/// A plate drags a block by friction. Checks that the moments of the plate and of the clamp below the block are opposite,
+/// Checks a plate that drags a block by friction: the moments of the plate and of the clamp below the block are opposite,
 /// up to a hundredth of the integrator's tolerance.
 #[test]
 fn contact_and_clamp_are_in_equilibrium_of_moments() {

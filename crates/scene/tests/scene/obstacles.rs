@@ -230,7 +230,7 @@ fn all_states_of_an_interrupted_path_have_converged_multipliers() {
         // The first two rows are the unloaded body and the first state, which is kept in any case.
         partial += u32::from(run.document["outcome"] != "finished" && depths.len() > 2);
         let after = depths.iter().skip(2);
-        // The facets have a length of 0.02/6 m; the criterion is a ten-thousandth of it.
+        // The facets have a length of 0.02/6 m; the criterion is a ten-thousandth of this length.
         assert!(after.into_iter().all(|depth| *depth <= 1e-4 * 0.02 / 6.0), "{count}: {depths:?}");
     }
     assert!(partial > 0);

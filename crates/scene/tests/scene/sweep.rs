@@ -226,7 +226,8 @@ fn deflections(text: &str, vary: &[&str], from_neighbor: bool) -> Vec<(f64, f64,
     .collect()
 }
 
-/// Newton's method ends with an increment below 1e-9 of the solution, for both starts.
+/// Checks equilibria from two different starts. In both cases, Newton's method ends with an increment below 1e-9 of the
+/// solution.
 #[test]
 fn cases_continued_from_their_neighbors_have_the_same_equilibria_with_fewer_iterations() {
     for vary in [
@@ -254,8 +255,8 @@ fn cases_continued_from_their_neighbors_have_the_same_equilibria_with_fewer_iter
     }
 }
 
-/// The column is loaded above its buckling load, 82 Pa. It buckles to the side of a small transverse load, and stays
-/// there if this load is reversed, although the unloaded column would buckle to the other side.
+/// Checks a column that is loaded above its buckling load, 82 Pa. It buckles to the side of a small transverse load,
+/// and stays there if this load is reversed, although the unloaded column would buckle to the other side.
 #[test]
 fn a_buckled_column_stays_on_its_branch() {
     let text = COLUMN.replace("x = 0.0\n", "x = -95.0\n");

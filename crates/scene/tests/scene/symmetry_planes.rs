@@ -53,9 +53,10 @@ fn expansion(wedges: usize, end: &str) -> f64 {
     last(&table, "u_x")
 }
 
-/// A quarter of the tube consists of three wedges, so that the oblique plane is the only difference. It moves by σ/k
-/// with the stress σ normal to it, which moves a wedge of 30° by up to σ/(k sin 30°) outward. On average, σ is the
-/// pressure, because the wall is as thick as the inner radius; at the inner wall, it is below three times the pressure.
+/// Compares a wedge with a quarter of the tube, which consists of three wedges, so that the oblique plane is the only
+/// difference. This plane moves by σ/k with the stress σ normal to it, which moves a wedge of 30° by up to σ/(k sin
+/// 30°) outward. On average, σ is the pressure, because the wall is as thick as the inner radius; at the inner wall, it
+/// is below three times the pressure.
 #[test]
 fn a_stiff_foundation_normal_to_an_oblique_plane_is_a_plane_of_symmetry() {
     let exact = expansion(3, "[[fixed]]\ngroup = \"end\"\ncomponents = [\"x\"]");

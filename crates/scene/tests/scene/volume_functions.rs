@@ -26,7 +26,7 @@ fn compressed(formulation: &str, energy: &str) -> String {
     )
 }
 
-/// Under a pressure P, the derivative of the volumetric energy with respect to J is −P.
+/// Checks that, under a pressure P, the derivative of the volumetric energy with respect to J is −P.
 #[test]
 fn a_cube_under_pressure_has_the_volume_of_its_energy() {
     // The bisection solves −κ ln(J)/J = P.

@@ -78,7 +78,7 @@ fn st_venant_kirchhoff_is_for_displacements_alone() {
     assert_eq!(refusal_of(&text, Path::new("")), "accepted");
 }
 
-/// Regression: the scene was rejected because of the pattern of its matrix, with the number of an unknown.
+/// Regression: the scene was rejected with an error about the pattern of a matrix and the number of an unknown.
 #[test]
 fn an_incompressible_body_that_is_held_everywhere_is_refused() {
     let text = BLOCK

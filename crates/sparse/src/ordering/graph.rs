@@ -112,7 +112,7 @@ fn have_equal_neighbors(neighbors: &AdjacencyList, a: usize, b: usize) -> bool {
         && others(of_a, b).eq(others(of_b, a))
 }
 
-/// Finalizer of splitmix64. Sums of its values distinguish sets of indices.
+/// Mixes the bits of `k` with the finalizer of splitmix64. Sums of the results distinguish sets of indices.
 fn mixed(k: u64) -> u64 {
     let k = (k ^ (k >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let k = (k ^ (k >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

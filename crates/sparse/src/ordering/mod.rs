@@ -174,7 +174,7 @@ fn representative(graph: &Graph, node: usize) -> usize {
 mod tests {
     use super::*;
 
-    /// A grid of points with three unknowns each. Points of a common cell are adjacent.
+    /// Returns the graph of a grid of points with three unknowns each. Points of a common cell are adjacent.
     fn grid([a, b, c]: [usize; 3]) -> Graph {
         let n = a * b * c;
         let mut neighbors = AdjacencyList::with_capacity(n);
@@ -193,8 +193,8 @@ mod tests {
         }
     }
 
-    /// For a cube, the additional searches find a better order. The factors of a plate are too cheap to justify
-    /// additional searches.
+    /// Checks that additional searches find a better order for a cube. The factors of a plate are too cheap to justify
+    /// such searches.
     #[test]
     fn a_better_ordering_is_sought_for_expensive_factors() {
         for (points, is_dear) in [([26, 26, 26], true), ([80, 80, 2], false)] {

@@ -112,7 +112,7 @@ impl Cost {
 mod tests {
     use super::*;
 
-    /// Regression: the cost of a period was extrapolated to 1e7 s from two steps that covered 1e-7 of it.
+    /// Regression: the cost of a period was extrapolated to 1e7 s from two steps that covered 1e-7 of the period.
     #[test]
     fn the_cost_of_a_period_is_not_extrapolated_from_its_first_steps() {
         let trial = |part| PeriodTrial {

@@ -158,7 +158,7 @@ fn scenes_of_other_kinds_agree_with_one_system() {
         });
         let columns: Vec<usize> = (1..=n).collect();
         let [size, off] = compare(&tables[0], &tables[1], &columns);
-        // Both runs have this tolerance; the tolerance of the body is a tenth of it.
+        // Both runs have this tolerance; the tolerance of the body is a tenth of this tolerance.
         assert!(off < 1e-6 * size + 1e-9, "{name}: {off:e} of {size:e}");
         assert!(size > 1e-4, "{name}: {size:e}");
     }
