@@ -1,8 +1,8 @@
 //! Validation of a scene's tree against the JSON Schema of its types.
 //!
-//! Supports the subset of JSON Schema that our types use: references, closed objects, alternatives
-//! distinguished by a tag or by the kind of value, ranges, lengths, and unique entries. The check
-//! ends at the first problem.
+//! This module supports the subset of JSON Schema that the scene types use: references, closed objects, alternatives
+//! distinguished by a tag or by the kind of value, ranges, lengths, and unique entries. The check ends at the first
+//! problem.
 
 mod values;
 
@@ -121,7 +121,7 @@ impl<'s> Checker<'s> {
         }
         let fitting: Vec<&Value> =
             alternatives.iter().copied().filter(|one| self.accepts_kind(one, value)).collect();
-        // Alternative tables are distinguished by a key, lists by their first entry.
+        // Alternative tables are distinguished by a key, and alternative lists by their first entry.
         let alike = fitting.iter().find(|one| self.resembles(one, value));
         if let (None, [_, _, ..], Some(object)) = (alike, &fitting[..], value.as_object())
             && let Some(key) = object.keys().next()

@@ -65,7 +65,7 @@ pub enum Obstacle {
         /// Point of the plane, m.
         #[schemars(length(min = 2, max = 3))]
         point: Vec<f64>,
-        /// Normal that points from the obstacle to the body, of any length.
+        /// Normal vector of any length that points from the obstacle to the body.
         #[schemars(length(min = 2, max = 3))]
         normal: Vec<f64>,
     },

@@ -45,7 +45,7 @@ impl JsonSchema for Shape {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum Composed {
-    /// Measured values, interpolated; the times must cover the run.
+    /// Interpolated measured values; the times must cover the run.
     Table {
         /// CSV file with a header; its path is relative to the scene.
         file: PathBuf,
@@ -85,7 +85,7 @@ pub enum Interpolation {
     Linear,
     /// Monotone cubic interpolation without overshoot.
     Pchip,
-    /// Natural cubic spline; may overshoot.
+    /// Natural cubic spline, which may overshoot.
     Spline,
 }
 

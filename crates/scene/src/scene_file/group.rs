@@ -13,7 +13,7 @@ pub struct Group {
     /// Type of the members.
     #[serde(default)]
     pub members: Members,
-    /// Place of the members.
+    /// Location of the members.
     #[serde(flatten)]
     pub place: Place,
 }
@@ -31,7 +31,7 @@ pub enum Members {
     Elements,
 }
 
-/// Place of the members of a group.
+/// Location of the members of a group.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum Place {
