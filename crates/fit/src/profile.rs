@@ -53,11 +53,18 @@ pub fn profile(
     let center = fitted.values[which];
     let error = uncertainty.standard_errors[which];
     let unit = if error.is_finite() && error > 0.0 { error } else { parameters[which].scale };
-    let mut points = vec![ProfilePoint { value: center, cost: fitted.cost }];
+    let fit = ProfilePoint { value: center, cost: fitted.cost };
+    let mut points = vec![fit];
     let mut interval = [None, None];
     for (end, sign) in interval.iter_mut().zip([-1.0, 1.0]) {
-        let mut inside = ProfilePoint { value: center, cost: fitted.cost };
+        let mut inside = fit;
         let mut others = fitted.values.clone();
+        let mut point_at = |value| {
+            let cost = refit(model, parameters, &mut others, which, value, options)?;
+            let point = ProfilePoint { value, cost };
+            points.push(point);
+            Ok(point)
+        };
         let mut distance = t;
         while distance <= FARTHEST * t {
             let bound = if sign < 0.0 { parameters[which].low } else { parameters[which].high };
@@ -66,21 +73,9 @@ pub fn profile(
                 false => center + sign * distance * unit,
             };
             let value = if sign < 0.0 { wanted.max(bound) } else { wanted.min(bound) };
-            let held = refit(model, parameters, &mut others, which, value, options)?;
-            let point = ProfilePoint { value, cost: held };
-            points.push(point);
-            if held > limit {
-                *end = Some(crossing(
-                    model,
-                    parameters,
-                    &mut others,
-                    which,
-                    options,
-                    limit,
-                    inside,
-                    point,
-                    &mut points,
-                )?);
+            let point = point_at(value)?;
+            if point.cost > limit {
+                *end = Some(crossing(&mut point_at, limit, inside, point)?);
                 break;
             }
             if value == bound {
@@ -96,25 +91,16 @@ pub fn profile(
 
 /// Returns the value at which the profile crosses `limit`. Bisection reduces the bracket to a thousandth of its width,
 /// followed by linear interpolation.
-#[allow(clippy::too_many_arguments)] // State of a search along one parameter.
 fn crossing(
-    model: &mut dyn Model,
-    parameters: &[Parameter],
-    others: &mut [f64],
-    which: usize,
-    options: &Options,
+    point_at: &mut impl FnMut(f64) -> Result<ProfilePoint, FitError>,
     limit: f64,
     mut inside: ProfilePoint,
     mut outside: ProfilePoint,
-    points: &mut Vec<ProfilePoint>,
 ) -> Result<f64, FitError> {
     let width = (outside.value - inside.value).abs();
     for _ in 0..20 {
-        let guess = 0.5 * (inside.value + outside.value);
-        let cost = refit(model, parameters, others, which, guess, options)?;
-        let point = ProfilePoint { value: guess, cost };
-        points.push(point);
-        if cost > limit {
+        let point = point_at(0.5 * (inside.value + outside.value))?;
+        if point.cost > limit {
             outside = point;
         } else {
             inside = point;
@@ -151,14 +137,7 @@ fn refit(
         return Ok(0.5 * residuals.iter().map(|&r| options.loss.value(r)).sum::<f64>());
     }
     let fitted = fit(&mut held, &free, options)?;
-    let mut values = fitted.values.iter();
-    for (j, other) in others.iter_mut().enumerate() {
-        *other = if j == which {
-            value
-        } else {
-            *values.next().expect("one value for each free parameter")
-        };
-    }
+    others.copy_from_slice(&held.with_held(&fitted.values, value));
     Ok(fitted.cost)
 }
 
