@@ -68,10 +68,8 @@ pub(crate) fn seen_in(page: &Path) -> Option<Value> {
 fn report_of(words: &[&str], page: &str) -> Option<Value> {
     browser()?;
     let folder = tempfile::tempdir().expect("a folder");
-    let run = myovib_in(folder.path(), &["init"]);
-    assert_eq!(run.code, 0, "{}", run.stderr);
-    let run = myovib_in(folder.path(), words);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    myovib_in(folder.path(), &["init"]).with_code(0);
+    myovib_in(folder.path(), words).with_code(0);
     seen_in(&folder.path().join(page))
 }
 

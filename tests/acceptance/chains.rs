@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::harness::{Run, document, myovib_in};
+use crate::results::read_table;
 
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).expect("the folder");
@@ -19,18 +20,6 @@ fn run(arguments: &str) -> (tempfile::TempDir, Run) {
     let words: Vec<&str> = arguments.split_whitespace().collect();
     let run = myovib_in(folder.path(), &words);
     (folder, run)
-}
-
-/// Reads a CSV file. Returns its header and its rows.
-fn table(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
-    let text = fs::read_to_string(path).expect("the table");
-    let mut lines = text.lines();
-    let header = lines.next().expect("a header");
-    let numbers = |line: &str| -> Vec<f64> {
-        let words = line.split(',');
-        words.map(|word| word.parse().expect("a number")).collect()
-    };
-    (header.split(',').map(String::from).collect(), lines.map(numbers).collect())
 }
 
 #[test]
@@ -62,7 +51,7 @@ fn figure_3_prints_its_numbers() {
         names(&folder.path().join("figures")),
         [".lock", "figure3.csv", "figure3.png", "figure3.svg", "manifest.jsonl"]
     );
-    let (header, rows) = table(&folder.path().join("figures/figure3.csv"));
+    let (header, rows) = read_table(&folder.path().join("figures/figure3.csv"));
     assert_eq!((header.len(), header[0].as_str(), header[26].as_str()), (27, "t", "r_20"));
     // Samples are plotted at intervals of 0.01 s, which resolve the ripple of 16 Hz.
     assert_eq!((rows.len(), rows[0][0], rows[400][0]), (401, 0.0, 4.0));
@@ -85,7 +74,7 @@ fn figure_7_runs_muscle_and_chain_as_one_system() {
     assert_eq!(tolerances("u"), [1e-3, 1e-5]);
     assert_eq!(tolerances("chain"), [1e-7, 1e-10]);
     assert_eq!((&json["max_order"], &json["integrator"]), (&5.into(), &"bdf".into()));
-    let (header, rows) = table(&folder.path().join("figures/figure7.csv"));
+    let (header, rows) = read_table(&folder.path().join("figures/figure7.csv"));
     let chi = header.iter().position(|name| name == "chi_abs").expect("|χ|");
     // At rest, the coherence is undefined and counted as 0. Five oscillators whose frequencies differ slightly separate
     // slowly.
@@ -267,26 +256,19 @@ fn the_fields_of_a_run_become_a_movie() {
         (plane, "plane --factor 40 --from 0.2", "plane.gif", 7),
         (space, "space --field von_mises", "space.gif", 6),
     ] {
-        let computed = run(&format!("run {scene}"));
-        assert_eq!(computed.code, 0, "{}", computed.stderr);
-        let made = run(&format!("movie {movie} --width-pixels 120"));
-        assert_eq!(made.code, 0, "{}", made.stderr);
+        run(&format!("run {scene}")).with_code(0);
+        run(&format!("movie {movie} --width-pixels 120")).with_code(0);
         assert_moves(&folder.path().join(file), frames);
     }
     let cycle = "run init --set analysis=response --set traction[0].response.y=1.0 --set response.frequencies=[2,8] \
                  --set response.fields=[2,8] --out cycle";
-    let computed = run(cycle);
-    assert_eq!(computed.code, 0, "{}", computed.stderr);
-    let made = run("movie cycle --frequency 7 --factor 40 --field p --width-pixels 120");
-    assert_eq!(made.code, 0, "{}", made.stderr);
+    run(cycle).with_code(0);
+    run("movie cycle --frequency 7 --factor 40 --field p --width-pixels 120").with_code(0);
     assert_moves(&folder.path().join("cycle.gif"), 25);
-    let computed = run("run init --set analysis=modes --out modes");
-    assert_eq!(computed.code, 0, "{}", computed.stderr);
-    let made = run("movie modes --frequency 10 --width-pixels 120");
-    assert_eq!(made.code, 0, "{}", made.stderr);
+    run("run init --set analysis=modes --out modes").with_code(0);
+    run("movie modes --frequency 10 --width-pixels 120").with_code(0);
     assert_moves(&folder.path().join("modes.gif"), 25);
-    let without = run("run init --set time.end=0.02 --set fields= --out without");
-    assert_eq!(without.code, 0, "{}", without.stderr);
+    run("run init --set time.end=0.02 --set fields= --out without").with_code(0);
     for (movie, place) in [
         ("without", "without"),
         ("plane --from 3 --out a.gif", "--from, --to"),

@@ -4,6 +4,7 @@ use std::fs;
 use std::process::{Command, Stdio};
 
 use crate::harness::{PROGRAM, document, myovib, myovib_in};
+use crate::results::run_scene;
 
 #[test]
 fn version_names_the_linked_libraries() {
@@ -138,10 +139,7 @@ fn the_guide_has_the_names_of_all_blocks() {
         "fields=",
         "integrator.error_test.exclude=[\"p\", \"p_rate\"]",
     ];
-    let mut arguments = vec!["run", "init", "--quiet"];
-    arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
-    let run = myovib_in(folder.path(), &arguments);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    run_scene(folder.path(), "init", "out", &sets);
     let text = fs::read_to_string(folder.path().join("out/run.json")).expect("run.json");
     let found = document(&text, "run");
     let guide = include_str!("../../docs/src/statistics.md");

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 
 use crate::harness::{code_of_interrupted, myovib_in};
+use crate::results::read_json;
 
 /// Regression: the search for an equilibrium, which has no time steps, continued for minutes after Ctrl-C.
 #[test]
@@ -18,8 +19,9 @@ fn ctrl_c_ends_the_search_for_an_equilibrium() {
     assert_eq!(code_of_interrupted(folder.path(), &soft), Some(130));
     assert!(since.elapsed() < Duration::from_secs(60));
     // The last equilibrium that was found before the signal is kept.
-    if let Ok(text) = fs::read_to_string(folder.path().join("out/run.json")) {
-        let document: Value = serde_json::from_str(&text).unwrap();
+    let document = folder.path().join("out/run.json");
+    if document.exists() {
+        let document = read_json(&document);
         assert_eq!(document["reason"], "interrupted");
         assert!(document["load_reached"].as_f64().unwrap() < 1.0);
     }
@@ -29,17 +31,10 @@ fn ctrl_c_ends_the_search_for_an_equilibrium() {
 #[test]
 fn no_equilibrium_is_code_4_and_keeps_the_last_state() {
     let folder = tempfile::tempdir().unwrap();
-    let run = |words: &[&str]| {
-        myovib_in(folder.path(), &[&["run", "cook-static", "--quiet"][..], words].concat())
-    };
-    let document = |out: &str| -> Value {
-        let text = fs::read_to_string(folder.path().join(out).join("run.json")).unwrap();
-        serde_json::from_str(&text).unwrap()
-    };
     let load = 2e4; // three thousand times the load of the scene
-    let whole = run(&["--set", &format!("traction[0].y={load}"), "--out", "a"]);
-    assert_eq!(whole.code, 4, "{}", whole.stderr);
-    let found = document("a");
+    let load_set = format!("traction[0].y={load}");
+    myovib_in(folder.path(), &["run", "cook-static", "--quiet", "--set", &load_set]).with_code(4);
+    let found = read_json(&folder.path().join("out/run.json"));
     assert_eq!(found["reason"], "no_equilibrium");
     let reached = found["load_reached"].as_f64().unwrap();
     assert!(reached > 0.0 && reached < 1.0, "{reached}");
@@ -61,10 +56,8 @@ fn a_part_of_the_load_is_read_off_as_such() {
     let reached = |name: &str, loads: &str| -> (f64, Value) {
         let scene = format!("{name}.toml");
         fs::write(folder.path().join(&scene), square.to_owned() + loads).unwrap();
-        let run = myovib_in(folder.path(), &["run", &scene, "--quiet", "--out", name]);
-        assert_eq!(run.code, 4, "{}", run.stderr);
-        let text = fs::read_to_string(folder.path().join(name).join("run.json")).unwrap();
-        let document: Value = serde_json::from_str(&text).unwrap();
+        myovib_in(folder.path(), &["run", &scene, "--quiet", "--out", name]).with_code(4);
+        let document = read_json(&folder.path().join(name).join("run.json"));
         let part = document["load_reached"].as_f64().unwrap();
         assert!(part > 0.0 && part < 1.0, "{part}");
         (part, document["results"].clone())
@@ -93,11 +86,10 @@ fn a_part_of_the_load_is_read_off_as_such() {
     );
     fs::write(folder.path().join("motion.toml"), motion).unwrap();
     let words = ["run", "motion.toml", "--quiet", "--out", "weighed", "--overwrite"];
-    let replaced = myovib_in(folder.path(), &words);
-    assert_eq!(replaced.code, 2, "{}", replaced.stderr);
+    let replaced = myovib_in(folder.path(), &words).with_code(2);
     assert!(replaced.stderr.contains("weighed"), "{}", replaced.stderr);
-    let moved = myovib_in(folder.path(), &["run", "motion.toml", "--quiet", "--out", "motion"]);
-    assert_eq!(moved.code, 0, "{}", moved.stderr);
+    let moved = myovib_in(folder.path(), &["run", "motion.toml", "--quiet", "--out", "motion"])
+        .with_code(0);
     let reported = format!("reached only {:.1} % of its loads", 100.0 * part);
     assert!(moved.stderr.contains(&reported), "{}", moved.stderr);
     // A sweep also rejects a partially loaded equilibrium as the result of a case.
@@ -152,19 +144,17 @@ fn ctrl_c_ends_the_search_for_an_equilibrium_to_start_from() {
 #[test]
 fn a_folder_that_holds_a_run_is_refused_before_an_equilibrium_is_sought() {
     let folder = tempfile::tempdir().unwrap();
-    let first = myovib_in(folder.path(), &["run", "cook-static", "--quiet"]);
-    assert_eq!(first.code, 0, "{}", first.stderr);
+    myovib_in(folder.path(), &["run", "cook-static", "--quiet"]).with_code(0);
     // No equilibrium exists under this load.
     let load = ["--set", "traction[0].y=1e19"];
-    let second = myovib_in(folder.path(), &[&["run", "cook-static"][..], &load].concat());
-    assert_eq!(second.code, 2, "{}", second.stderr);
+    let second =
+        myovib_in(folder.path(), &[&["run", "cook-static"][..], &load].concat()).with_code(2);
     assert!(second.stderr.contains("--overwrite"), "{}", second.stderr);
     assert!(!second.stderr.contains("--resume"), "{}", second.stderr);
     // The same holds if a motion starts in equilibrium.
     let motion = ["analysis=\"dynamic\"", "time.end=1.0", "initial_state.type=equilibrium"];
     let motion = motion.iter().flat_map(|set| ["--set", set]);
     let words: Vec<&str> = ["run", "cook-static"].into_iter().chain(load).chain(motion).collect();
-    let third = myovib_in(folder.path(), &words);
-    assert_eq!(third.code, 2, "{}", third.stderr);
+    let third = myovib_in(folder.path(), &words).with_code(2);
     assert!(third.stderr.contains("--overwrite"), "{}", third.stderr);
 }

@@ -7,11 +7,11 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::harness::myovib_in;
+use crate::results::{read_json, read_table};
 
 /// Writes the scene of `init` with probes at points at which no component is zero by symmetry.
 fn scene(folder: &Path) {
-    let init = myovib_in(folder, &["init", "-"]);
-    assert_eq!(init.code, 0, "{}", init.stderr);
+    let init = myovib_in(folder, &["init", "-"]).with_code(0);
     // The bound on the errors was derived for this formulation.
     let rate = "[solid]\nformulation = \"rate\"";
     let init = init.stdout.replacen("[solid]", rate, 1);
@@ -27,10 +27,8 @@ fn run(folder: &Path, out: &str, sets: &[&str], more: &[&str]) -> (String, Value
         arguments.extend(["--set", set]);
     }
     arguments.extend(more);
-    let run = myovib_in(folder, &arguments);
-    assert_eq!(run.code, 0, "{}", run.stderr);
-    let text = fs::read_to_string(folder.join(out).join("run.json")).unwrap();
-    (run.stdout, serde_json::from_str(&text).unwrap())
+    let run = myovib_in(folder, &arguments).with_code(0);
+    (run.stdout, read_json(&folder.join(out).join("run.json")))
 }
 
 /// Undamped, incompressible beam whose tip is set in motion abruptly.
@@ -67,13 +65,9 @@ const TIGHT: [&str; 2] = ["integrator.method=radau13", "integrator.rtol=1e-9"];
 
 /// Returns the columns of the table of a probe, with their names.
 fn columns(folder: &Path, out: &str, probe: &str) -> Vec<(String, Vec<f64>)> {
-    let text = fs::read_to_string(folder.join(out).join(format!("{probe}.csv"))).unwrap();
-    let mut lines = text.lines();
-    let names = lines.next().unwrap().split(',');
-    let rows: Vec<Vec<f64>> =
-        lines.map(|line| line.split(',').map(|word| word.parse().unwrap()).collect()).collect();
-    let column = |(j, name): (usize, &str)| (name.to_owned(), rows.iter().map(|r| r[j]).collect());
-    names.enumerate().map(column).collect()
+    let (names, rows) = read_table(&folder.join(out).join(format!("{probe}.csv")));
+    let column = |(j, name)| (name, rows.iter().map(|row| row[j]).collect());
+    names.into_iter().enumerate().map(column).collect()
 }
 
 /// Returns, for each column, the name, the maximum magnitude, and the maximum difference from a run with tight
@@ -273,8 +267,7 @@ fn errors_point_at_the_line_to_change() {
     let folder = tempfile::tempdir().unwrap();
     for (scene, mark) in [(BONE, "# moved"), (SUDDEN, "# jumps")] {
         fs::write(folder.path().join("scene.toml"), scene).unwrap();
-        let run = myovib_in(folder.path(), &["run", "scene.toml"]);
-        assert_eq!(run.code, 2, "{}", run.stderr);
+        let run = myovib_in(folder.path(), &["run", "scene.toml"]).with_code(2);
         assert!(run.stderr.contains(mark), "{}", run.stderr);
         assert!(!folder.path().join("out").exists());
     }
@@ -287,8 +280,7 @@ fn names_on_standard_output_do_not_hide_text() {
     let sweep = ["sweep", "init", "--quiet", "--set", "time.end=0.01"];
     let vary = ["--vary", "title=a\u{202e}b,c\u{2066}d"];
     for more in [&[][..], &["--json"]] {
-        let run = myovib_in(folder.path(), &[&sweep[..], &vary, more].concat());
-        assert_eq!(run.code, 0, "{}", run.stderr);
+        let run = myovib_in(folder.path(), &[&sweep[..], &vary, more].concat()).with_code(0);
         for hidden in ['\u{202e}', '\u{2066}'] {
             assert!(!run.stdout.contains(hidden), "{more:?}: {}", run.stdout);
         }
@@ -303,8 +295,7 @@ fn a_scene_in_latin_1_is_refused_with_its_line() {
     let line = VIBRATION.lines().count() + 2;
     fs::write(folder.path().join("scene.toml"), latin).unwrap();
     for command in ["run", "check"] {
-        let run = myovib_in(folder.path(), &[command, "scene.toml"]);
-        assert_eq!(run.code, 2, "{}", run.stderr);
+        let run = myovib_in(folder.path(), &[command, "scene.toml"]).with_code(2);
         assert!(run.stderr.contains(&format!("line {line}")), "{}", run.stderr);
         assert!(!folder.path().join("out").exists());
     }

@@ -8,7 +8,7 @@ use base64::engine::general_purpose::STANDARD;
 use roxmltree::{Document, Node};
 use serde_json::Value;
 
-use crate::harness::myovib_in;
+use crate::results::run_scene;
 
 /// Cell type of the VTK format.
 struct Cells {
@@ -141,15 +141,9 @@ fn fields_are_the_grids_that_paraview_reads() {
         "fields.interval=0.25",
         "fields.quantities=[\"u\", \"v\", \"p\", \"J\", \"von-mises\"]",
     ];
-    let mut arguments = vec!["run", "init", "--out", "out", "--quiet"];
-    arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
-    let run = myovib_in(folder.path(), &arguments);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    let summary = run_scene(folder.path(), "init", "out", &sets);
     let out = folder.path().join("out");
-    let read = |name: &str| fs::read_to_string(out.join(name)).unwrap();
-    let summary: Value = serde_json::from_str(&read("run.json")).unwrap();
-
-    let text = read("fields.pvd");
+    let text = fs::read_to_string(out.join("fields.pvd")).unwrap();
     let document = Document::parse(&text).expect("XML");
     let root = document.root_element();
     assert_eq!(root.attribute("type"), Some("Collection"));
@@ -168,12 +162,8 @@ fn fields_are_the_grids_that_paraview_reads() {
 #[test]
 fn the_states_of_a_path_are_shown_by_their_load_factors() {
     let folder = tempfile::tempdir().unwrap();
-    let mut arguments = vec!["run", "cook-static", "--out", "out", "--quiet"];
-    for set in ["static.loads=[0.5, 1.0, 0.75]", "fields.interval=1"] {
-        arguments.extend(["--set", set]);
-    }
-    let run = myovib_in(folder.path(), &arguments);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    let sets = ["static.loads=[0.5, 1.0, 0.75]", "fields.interval=1"];
+    run_scene(folder.path(), "cook-static", "out", &sets);
     let report = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
     for load in ["0", "0.5", "1", "0.75"] {
         assert!(report.contains(&format!("\"load factor {load}\"")), "{load}");
@@ -188,16 +178,10 @@ fn fields_of_a_body_in_space_are_quadratic_tetrahedra_with_stress_and_fibers() {
         "pressure[0].value=1.0",
         "fields.quantities=[\"u\", \"p\", \"J\", \"strain\", \"stress\", \"principal-stress\"]",
     ];
-    let mut arguments = vec!["run", "land1", "--out", "out", "--quiet"];
-    arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
-    let run = myovib_in(folder.path(), &arguments);
-    assert_eq!(run.code, 0, "{}", run.stderr);
-    let out = folder.path().join("out");
-    let summary = fs::read_to_string(out.join("run.json")).unwrap();
-    let summary: Value = serde_json::from_str(&summary).unwrap();
+    let summary = run_scene(folder.path(), "land1", "out", &sets);
     let arrays =
         [("u", 3), ("p", 1), ("J", 1), ("strain", 6), ("stress", 6), ("principal_stress", 3)];
-    let file = out.join("fields_00000.vtu");
+    let file = folder.path().join("out/fields_00000.vtu");
     check(&file, &summary["mesh"], &QUADRATIC_TETRAHEDRA, &arrays);
 
     let text = fs::read_to_string(file).unwrap();
@@ -232,10 +216,7 @@ fn fields_of_a_moving_body_in_space_have_its_velocity_and_its_own_fibers() {
         "time.end=0.5",
         "fields={interval=0.25, quantities=[\"u\", \"v\"]}",
     ];
-    let mut arguments = vec!["run", "muscle3d", "--out", "out", "--quiet"];
-    arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
-    let run = myovib_in(folder.path(), &arguments);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    run_scene(folder.path(), "muscle3d", "out", &sets);
     let text = fs::read_to_string(folder.path().join("out/fields_00002.vtu")).unwrap();
     let document = Document::parse(&text).unwrap();
     let piece = child(child(document.root_element(), "UnstructuredGrid"), "Piece");
@@ -276,8 +257,7 @@ fn stress_at_the_interface_of_materials_is_that_of_each_and_not_their_mean() {
         material("upper", 2.0)
     );
     fs::write(folder.path().join("layers.toml"), scene).unwrap();
-    let run = myovib_in(folder.path(), &["run", "layers.toml", "--quiet"]);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    run_scene(folder.path(), "layers.toml", "out", &[]);
     let text = fs::read_to_string(folder.path().join("out/fields_00000.vtu")).unwrap();
     let document = Document::parse(&text).unwrap();
     let piece = child(child(document.root_element(), "UnstructuredGrid"), "Piece");

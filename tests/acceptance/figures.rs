@@ -4,33 +4,25 @@ use std::fs;
 use std::path::Path;
 
 use crate::harness::{code_of_interrupted, document, myovib, myovib_in};
+use crate::results::read_column;
 
 fn read(folder: &Path, name: &str) -> String {
     fs::read_to_string(folder.join(name)).expect(name)
 }
 
-/// Returns the column `name` of a CSV file.
-fn column(csv: &str, name: &str) -> Vec<f64> {
-    let mut lines = csv.lines();
-    let names: Vec<&str> = lines.next().expect("a header").split(',').collect();
-    let c = names.iter().position(|&n| n == name).expect(name);
-    lines.map(|line| line.split(',').nth(c).expect(name).parse().expect("a number")).collect()
-}
-
 #[test]
 fn figure_4_shows_the_papers_mesh_from_any_folder() {
     let folder = tempfile::tempdir().expect("a folder");
-    let run = myovib_in(folder.path(), &["figure", "4", "--out", "f", "--json=f4.json"]);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    myovib_in(folder.path(), &["figure", "4", "--out", "f", "--json=f4.json"]).with_code(0);
     let found = document(&read(folder.path(), "f4.json"), "figure");
     let figure = &found["figures"][0];
     // The paper states this number of unknowns.
     assert_eq!(figure["unknowns_paper"], 1545);
-    let csv = read(folder.path(), "f/figure4.csv");
+    let csv = folder.path().join("f/figure4.csv");
     // Euler's formula for a simply connected mesh gives edges = vertices + triangles - 1.
-    assert_eq!(column(&csv, "x_1").len(), 185 + 311 - 1);
+    assert_eq!(read_column(&csv, "x_1").len(), 185 + 311 - 1);
     // Only the two ends of the spindle are fixed. Each end is 2 × 0.012 m high.
-    let (x, fixed) = (column(&csv, "x_1"), column(&csv, "fixed"));
+    let (x, fixed) = (read_column(&csv, "x_1"), read_column(&csv, "fixed"));
     assert!(x.iter().zip(&fixed).all(|(x, f)| *f == 0.0 || (x.abs() - 0.1).abs() < 1e-12));
     let svg = read(folder.path(), "f/figure4.svg");
     assert!(svg.starts_with("<svg ") && svg.contains("fixed"));
@@ -41,8 +33,8 @@ fn figures_5_and_6_show_one_run() {
     let folder = tempfile::tempdir().expect("a folder");
     let run = myovib_in(folder.path(), &["figures", "--t-end", "1", "--json=f.json", "--quiet"]);
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
-    let csv = read(folder.path(), "figures/figure6.csv");
-    let t = column(&csv, "t");
+    let csv = folder.path().join("figures/figure6.csv");
+    let t = read_column(&csv, "t");
     // There are 50 samples per period of 1/8 s, including both ends of the run.
     assert_eq!((t.len(), t[0], t[t.len() - 1]), (401, 0.0, 1.0));
 
@@ -55,7 +47,7 @@ fn figures_5_and_6_show_one_run() {
     assert_eq!(snapshots["steps"], series["steps"], "one run");
     assert_eq!(series["outcome"], "finished");
     // The snapshots are in the last period, at the extrema of the displacement of the origin.
-    let u_y = column(&csv, "u_y");
+    let u_y = read_column(&csv, "u_y");
     let at = |name: &str| {
         let time = snapshots[name].as_f64().expect(name);
         let i = t.iter().position(|&t| t == time).expect("a sample");
@@ -73,7 +65,7 @@ fn an_interrupted_run_is_code_130_and_drawn_as_far_as_it_got() {
     assert_eq!(code_of_interrupted(folder.path(), &arguments), Some(130));
     let found = document(&read(folder.path(), "f.json"), "figures");
     assert_eq!(found["figures"][4]["reason"], "interrupted");
-    assert!(column(&read(folder.path(), "figures/figure6.csv"), "t").len() > 1);
+    assert!(read_column(&folder.path().join("figures/figure6.csv"), "t").len() > 1);
 }
 
 /// Checks that a command that is interrupted before its first result does not report an input error.

@@ -151,8 +151,7 @@ fn the_fit_of_the_guide_finds_the_truth_and_shows_it_on_a_page() {
     fs::create_dir(folder.path().join("run")).expect("a folder");
     fs::write(folder.path().join("run/report.html"), "").expect("a file");
     let into = [&words[..], &["--out", "run"]].concat();
-    let refused = myovib_in(folder.path(), &into);
-    assert_eq!(refused.code, 2, "{}", refused.stderr);
+    let refused = myovib_in(folder.path(), &into).with_code(2);
     assert!(refused.stderr.contains("report.html"), "{}", refused.stderr);
 
     let found = document(&run.stdout, "fit");

@@ -7,16 +7,11 @@ use myovib_scene::run::VERIFY_MARGIN;
 use myovib_scene::scene_file;
 
 use crate::harness::myovib_in;
+use crate::results::{read_column, read_json, read_table, run_scene};
 
 /// Returns a value from the last row of the table of a probe.
-fn last(folder: &Path, probe: &str, column: &str) -> f64 {
-    let text = fs::read_to_string(folder.join(format!("out/{probe}.csv"))).expect("a table");
-    let mut lines = text.lines();
-    let header = lines.next().expect("a header");
-    let index = header.split(',').position(|name| name == column);
-    let row = lines.next_back().expect("a row");
-    let cell = row.split(',').nth(index.expect("a column"));
-    cell.and_then(|cell| cell.parse().ok()).expect("a number")
+fn last(folder: &Path, probe: &str, name: &str) -> f64 {
+    read_column(&folder.join(format!("out/{probe}.csv")), name).pop().expect("a row")
 }
 
 fn root() -> PathBuf {
@@ -136,8 +131,7 @@ fn errors_exceed_their_estimates_by_the_printed_factor_at_most() {
     let page = fs::read_to_string(root().join("docs/src/accuracy.md")).expect("the page");
     let (_, name) = page.split_once("<!-- record ").expect("a record");
     let name = name.split_whitespace().next().expect("a name");
-    let text = fs::read_to_string(root().join("data/bench").join(name)).expect("the record");
-    let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let record = read_json(&root().join("data/bench").join(name));
     let rows = record["table"].as_array().expect("rows");
     let factors = rows.iter().map(|row| row["verify_max"].as_f64().expect("a factor"));
     let largest = factors.fold(0.0, f64::max);
@@ -216,23 +210,14 @@ fn rubber_has_the_closed_forms_of_the_three_tests() {
         ("equibiaxial", &[&*biaxial, back, pulled], 4.44, -2.0, 16, 0.043),
     ] {
         let rows = |file: &str| -> Vec<[f64; 2]> {
-            let text = fs::read_to_string(folder.path().join(file)).expect("a table");
-            let number =
-                |cell: Option<&str>| cell.and_then(|own| own.parse().ok()).expect("a number");
-            let rows = text.lines().skip(1).map(|line| {
-                let mut cells = line.split(',');
-                [number(cells.next()), number(cells.next())]
-            });
-            rows.collect()
+            let (_, rows) = read_table(&folder.path().join(file));
+            rows.iter().map(|row| [row[0], row[1]]).collect()
         };
         let measured = rows(&format!("rubber-{test}.csv"));
         let loads: Vec<f64> = measured.iter().map(|[load, _]| *load).collect();
         let loads = format!("static={{ loads = {loads:?} }}");
         let out = format!("out-{test}");
-        let mut arguments = vec!["run", "rubber.toml", "--quiet", "--out", &out, "--set", &loads];
-        arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
-        let run = myovib_in(folder.path(), &arguments);
-        assert_eq!(run.code, 0, "{test}: {}", run.stderr);
+        run_scene(folder.path(), "rubber.toml", &out, &[&[&*loads], sets].concat());
         // The first row is the unloaded cube.
         let computed = rows(&format!("{out}/clamp.csv"));
         assert_eq!(computed.len(), measured.len() + 1);
@@ -289,10 +274,8 @@ fn rubber_is_fitted_better_than_by_the_published_constants() {
     ];
     let mut arguments = vec!["fit", "all.toml", "--quiet"];
     arguments.extend(data.iter().flat_map(|data| ["--data", data]));
-    let run = myovib_in(folder.path(), &arguments);
-    assert_eq!(run.code, 0, "{}", run.stderr);
-    let text = fs::read_to_string(folder.path().join("fit/fit.json")).expect("a fit");
-    let fit: serde_json::Value = serde_json::from_str(&text).expect("a document");
+    myovib_in(folder.path(), &arguments).with_code(0);
+    let fit = read_json(&folder.path().join("fit/fit.json"));
     let n = fit["residuals"].as_array().expect("residuals").len();
     assert_eq!(n, 19 + 13 + 16);
     let deviation =
@@ -318,8 +301,7 @@ fn the_shaken_muscle_has_the_resonance_of_the_gallery() {
             .into_iter()
             .chain(sets)
             .collect();
-        let run = myovib_in(folder.path(), &arguments);
-        assert_eq!(run.code, 0, "{}", run.stderr);
+        let run = myovib_in(folder.path(), &arguments).with_code(0);
         let found: serde_json::Value = serde_json::from_str(&run.stdout).expect("a document");
         let peaks = found["peaks"].as_array().expect("peaks").iter();
         let mut of_middle =
@@ -340,13 +322,9 @@ fn the_shaken_muscle_has_the_resonance_of_the_gallery() {
 fn the_hardening_strip_jumps_where_the_gallery_says() {
     let folder = tempfile::tempdir().expect("a folder");
     copy_examples(folder.path());
-    let run = myovib_in(folder.path(), &["run", "periodic.toml", "--quiet"]);
-    assert_eq!(run.code, 0, "{}", run.stderr);
-    let text = fs::read_to_string(folder.path().join("out/continuation.csv")).expect("a table");
-    let rows = text.lines().skip(1).map(|line| -> Vec<f64> {
-        line.split(',').map(|cell| cell.parse().expect("a number")).collect()
-    });
-    let (folds, others): (Vec<_>, Vec<_>) = rows.partition(|row| row[2] == 1.0);
+    myovib_in(folder.path(), &["run", "periodic.toml", "--quiet"]).with_code(0);
+    let (_, rows) = read_table(&folder.path().join("out/continuation.csv"));
+    let (folds, others): (Vec<_>, Vec<_>) = rows.into_iter().partition(|row| row[2] == 1.0);
     assert_eq!(folds.len(), 2);
     // The tolerance corresponds to the printed digits.
     for (fold, frequency) in folds.iter().zip([19.17, 18.59]) {
@@ -361,8 +339,7 @@ fn the_springpot_of_the_gallery_is_the_published_one() {
     let folder = tempfile::tempdir().expect("a folder");
     copy_examples(folder.path());
     let arguments = ["fit", "elastography.toml", "--data", "elastography.csv", "--quiet", "--json"];
-    let run = myovib_in(folder.path(), &arguments);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    let run = myovib_in(folder.path(), &arguments).with_code(0);
     let found: serde_json::Value = serde_json::from_str(&run.stdout).expect("a document");
     for (j, published) in [2680.0, 0.253].into_iter().enumerate() {
         let value = found["parameters"][j]["value"].as_f64().expect("a number");
@@ -379,8 +356,7 @@ fn the_preloaded_strip_settles_in_equilibrium() {
         let sets = sets.iter().flat_map(|set| ["--set", set]);
         let arguments: Vec<&str> =
             ["run", "preload.toml", "--quiet", "--overwrite"].into_iter().chain(sets).collect();
-        let run = myovib_in(folder.path(), &arguments);
-        assert_eq!(run.code, 0, "{}", run.stderr);
+        myovib_in(folder.path(), &arguments).with_code(0);
         last(folder.path(), "end", "u_y")
     };
     let (moved, rests) = (settled(&[]), settled(&["analysis=static", "initial_state="]));
@@ -394,11 +370,8 @@ fn the_preloaded_strip_settles_in_equilibrium() {
 fn the_vibrating_muscle_follows_the_reference_solution() {
     let folder = tempfile::tempdir().expect("a folder");
     copy_examples(folder.path());
-    let run = myovib_in(folder.path(), &["run", "vibration.toml", "--quiet"]);
-    assert_eq!(run.code, 0, "{}", run.stderr);
-    let path = root().join("data/references/muscle_undamped.json");
-    let text = fs::read_to_string(path).expect("the reference");
-    let reference: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    myovib_in(folder.path(), &["run", "vibration.toml", "--quiet"]).with_code(0);
+    let reference = read_json(&root().join("data/references/muscle_undamped.json"));
     let values: Vec<f64> = serde_json::from_value(reference["u_y"].clone()).expect("numbers");
     let largest = values.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
     let (found, expected) = (last(folder.path(), "origin", "u_y"), values[values.len() - 1]);
@@ -412,8 +385,7 @@ fn a_restart_continues_from_the_stored_equilibrium() {
     let folder = tempfile::tempdir().expect("a folder");
     copy_examples(folder.path());
     let run = |arguments: &[&str]| {
-        let run = myovib_in(folder.path(), &[&["run", "--quiet"], arguments].concat());
-        assert_eq!(run.code, 0, "{}", run.stderr);
+        myovib_in(folder.path(), &[&["run", "--quiet"], arguments].concat()).with_code(0);
     };
     let loads_at_zero = ["--set", "analysis=static", "--set", "time=", "--set", "initial_state="];
     run(&[&["preload.toml", "--out", "hanging"], &loads_at_zero[..]].concat());
@@ -431,16 +403,14 @@ fn the_fit_finds_the_stiffness_behind_the_measured_force() {
     let folder = tempfile::tempdir().expect("a folder");
     copy_examples(folder.path());
     let fit = ["fit", "fit.toml", "--data", "fit.csv", "--json", "--quiet", "--out", "fitted"];
-    let fit = myovib_in(folder.path(), &fit);
-    assert_eq!(fit.code, 0, "{}", fit.stderr);
+    let fit = myovib_in(folder.path(), &fit).with_code(0);
     let document = crate::harness::document(&fit.stdout, "fit");
     let c10 = document["parameters"][0]["value"].as_f64().expect("a number");
     // The inertia adds 3e-5 of the force.
     assert!((c10 - 5e3).abs() < 1e-4 * 5e3, "{c10}");
 
     let run = ["sensitivity", "fit.toml", "--quiet", "--out", "out"];
-    let run = myovib_in(folder.path(), &run);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    myovib_in(folder.path(), &run).with_code(0);
     let slope = last(folder.path(), "sensitivity", "d force/d material[0].c10");
     assert!((slope + 0.046125).abs() < 1e-4 * 0.046125, "{slope}");
 }
@@ -462,8 +432,7 @@ fn three_tests_of_the_tissue_determine_its_constants() {
         "--json",
         "--quiet",
     ];
-    let fit = myovib_in(folder.path(), &fit);
-    assert_eq!(fit.code, 0, "{}", fit.stderr);
+    let fit = myovib_in(folder.path(), &fit).with_code(0);
     let document = crate::harness::document(&fit.stdout, "fit");
     let number = |value: &serde_json::Value| value.as_f64().expect("a number");
     // The data were computed with these constants.

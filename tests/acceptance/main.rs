@@ -16,6 +16,7 @@ mod kills;
 mod large;
 mod limits;
 mod radau;
+mod results;
 mod resumption;
 mod robustness;
 mod scene_results;

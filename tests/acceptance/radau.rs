@@ -6,6 +6,7 @@ use myovib_scene::builtin;
 use serde_json::{Value, json};
 
 use crate::harness::{document, myovib, myovib_in};
+use crate::results::{read_json, read_table, run_scene};
 
 fn short_table(arguments: &[&str]) -> Value {
     let common = ["table2", "--t-end", "0.02", "--quiet", "--json"];
@@ -81,11 +82,9 @@ fn absolute_tolerances_follow_the_relative_one_unless_given() {
     let of_scene = |rtol: &str| {
         let set = format!("integrator.rtol={rtol}");
         let more = ["--overwrite", "--set", &set, "--set", "time.end=0.02"];
-        let run =
-            myovib_in(folder.path(), &[&["run", "tight.toml", "--quiet"], &more[..]].concat());
-        assert_eq!(run.code, 0, "{}", run.stderr);
-        let text = fs::read_to_string(folder.path().join("out").join("run.json")).unwrap();
-        let atol = &serde_json::from_str::<Value>(&text).unwrap()["atol"];
+        myovib_in(folder.path(), &[&["run", "tight.toml", "--quiet"], &more[..]].concat())
+            .with_code(0);
+        let atol = &read_json(&folder.path().join("out/run.json"))["atol"];
         ["u", "v", "p"].map(|block| atol[block].as_f64().unwrap())
     };
     let [loose, tight] = ["1e-5", "1e-6"].map(of_scene);
@@ -120,21 +119,8 @@ fn settings_of_bdf_are_rejected_with_radau() {
 fn a_scene_with_radau_tests_all_variables_by_default() {
     let folder = tempfile::tempdir().unwrap();
     let run = |out: &str, more: &[&str]| {
-        let arguments = [
-            "run",
-            "table2-1",
-            "--quiet",
-            "--out",
-            out,
-            "--set",
-            "time.end=0.02",
-            "--set",
-            "integrator.method=radau9",
-        ];
-        let run = myovib_in(folder.path(), &[&arguments[..], more].concat());
-        assert_eq!(run.code, 0, "{}", run.stderr);
-        let text = fs::read_to_string(folder.path().join(out).join("run.json")).unwrap();
-        serde_json::from_str::<Value>(&text).unwrap()
+        let sets = [&["time.end=0.02", "integrator.method=radau9"], more].concat();
+        run_scene(folder.path(), "table2-1", out, &sets)
     };
     let document = run("all", &[]);
     assert_eq!(document["suppressed"], json!([]));
@@ -143,7 +129,7 @@ fn a_scene_with_radau_tests_all_variables_by_default() {
     assert_eq!(document.get("max_order"), None);
     let work = &document["radau_work"];
     assert_eq!(work["real_factorizations"], document["linear_setups"]);
-    let document = run("motion", &["--set", "integrator.error_test.exclude=[\"p\"]"]);
+    let document = run("motion", &["integrator.error_test.exclude=[\"p\"]"]);
     assert_eq!(document["suppressed"], json!(["p"]));
 }
 
@@ -183,12 +169,9 @@ fn radau_integrates_a_muscle_with_feedback() {
     let factors = |name: &str, line: &str| -> Vec<f64> {
         let file = format!("{name}.toml");
         fs::write(folder.path().join(&file), text.replace(order, line)).unwrap();
-        let arguments = ["run", &file, "--quiet", "--out", name];
-        let run = myovib_in(folder.path(), &[&arguments[..], &["--set", "time.end=0.8"]].concat());
-        assert_eq!(run.code, 0, "{}", run.stderr);
-        let csv = fs::read_to_string(folder.path().join(name).join("feedback.csv")).unwrap();
-        let numbers = csv.lines().skip(1).flat_map(|line| line.split(',').skip(1));
-        numbers.map(|number| number.parse().unwrap()).collect()
+        run_scene(folder.path(), &file, name, &["time.end=0.8"]);
+        let (_, rows) = read_table(&folder.path().join(name).join("feedback.csv"));
+        rows.iter().flat_map(|row| &row[1..]).copied().collect()
     };
     let (bdf, radau) =
         (factors("bdf", order), factors("radau5", &format!("method = \"radau5\"\n{atol}")));

@@ -7,9 +7,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use serde_json::Value;
-
 use crate::harness::{PROGRAM, myovib_in};
+use crate::results::{read_json, read_table};
 
 /// Muscle whose pressure is a multiplier of index 3, with a chain, and with fields and probes of all kinds.
 const SCENE: &str = r#"
@@ -145,19 +144,13 @@ fn results(folder: &Path) -> Vec<String> {
     names
 }
 
-fn statistics(folder: &Path) -> Value {
-    let text = fs::read_to_string(folder.join("run.json")).unwrap();
-    serde_json::from_str(&text).unwrap()
-}
-
 /// Performs `runs` runs with `method`, kills each of them `kills` times, and compares all output.
 fn assert_killed_runs_are_whole(method: &str, runs: u64, kills: u64) {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let scene = SCENE.replace("method = \"radau5\"", &format!("method = \"{method}\""));
     fs::write(folder.join("scene.toml"), scene).unwrap();
-    let run = myovib_in(folder, &["run", "scene.toml", "--quiet", "--out", "whole"]);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    myovib_in(folder, &["run", "scene.toml", "--quiet", "--out", "whole"]).with_code(0);
     let whole = folder.join("whole");
     let bytes = fs::metadata(whole.join("origin.csv")).unwrap().len();
     for seed in 0..runs {
@@ -169,7 +162,7 @@ fn assert_killed_runs_are_whole(method: &str, runs: u64, kills: u64) {
             let files = [&whole, &resumed].map(|folder| fs::read(folder.join(&name)).unwrap());
             assert!(files[0] == files[1], "{name} of run {seed} differs");
         }
-        let documents = [&whole, &resumed].map(|folder| statistics(folder));
+        let documents = [&whole, &resumed].map(|folder| read_json(&folder.join("run.json")));
         for key in ["constraint_drift", "constraint_drift_at", "steps", "newton_iterations"] {
             assert_eq!(documents[0][key], documents[1][key], "{key}");
             assert!(!documents[0][key].is_null(), "{key}");
@@ -201,15 +194,10 @@ fn a_killed_run_of_bdf_is_resumed_within_its_tolerance() {
         .replace("method = \"radau5\"", "method = \"bdf\"\nmax_order = 3")
         .replace("bulk_modulus = inf", "bulk_modulus = 1e5");
     fs::write(folder.join("scene.toml"), scene).unwrap();
-    let run = myovib_in(folder, &["run", "scene.toml", "--quiet", "--out", "whole"]);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    myovib_in(folder, &["run", "scene.toml", "--quiet", "--out", "whole"]).with_code(0);
     let rows = |out: &str| -> Vec<[f64; 2]> {
-        let text = fs::read_to_string(folder.join(out).join("origin.csv")).unwrap();
-        let row = |line: &str| {
-            let numbers: Vec<f64> = line.split(',').map(|word| word.parse().unwrap()).collect();
-            [numbers[0], numbers[2]]
-        };
-        text.lines().skip(1).map(row).collect()
+        let (_, rows) = read_table(&folder.join(out).join("origin.csv"));
+        rows.iter().map(|row| [row[0], row[2]]).collect()
     };
     let bytes = fs::metadata(folder.join("whole/origin.csv")).unwrap().len();
     killed(folder, "killed", 3, 3, bytes);
@@ -266,13 +254,6 @@ fn bdf_resumes_runs_of_index_3() {
     }
 }
 
-/// Returns the rows of a CSV file without its header.
-fn rows_of(path: &Path) -> Vec<Vec<f64>> {
-    let text = fs::read_to_string(path).unwrap();
-    let numbers = |line: &str| line.split(',').map(|word| word.parse().unwrap()).collect();
-    text.lines().skip(1).map(numbers).collect()
-}
-
 #[test]
 fn a_killed_run_leaves_whole_files_and_goes_on() {
     let folder = tempfile::tempdir().unwrap();
@@ -293,7 +274,7 @@ fn a_killed_run_leaves_whole_files_and_goes_on() {
 
     let text = fs::read_to_string(&csv).unwrap();
     assert!(text.ends_with('\n'));
-    assert!(rows_of(&csv).iter().all(|row| row.len() == 4));
+    assert!(read_table(&csv).1.iter().all(|row| row.len() == 4));
     let pvd = fs::read_to_string(killed.join("fields.pvd")).unwrap();
     for line in pvd.lines().filter(|line| line.contains("file=")) {
         let name = line.split("file=\"").nth(1).unwrap().split('"').next().unwrap();
@@ -302,13 +283,13 @@ fn a_killed_run_leaves_whole_files_and_goes_on() {
 
     let run = |out: &str, more: &[&str]| {
         let common = ["run", "init", "--quiet", "--out", out];
-        let run = myovib_in(folder.path(), &[&common[..], &settings, more].concat());
-        assert_eq!(run.code, 0, "{}", run.stderr);
-        statistics(&folder.path().join(out))
+        myovib_in(folder.path(), &[&common[..], &settings, more].concat()).with_code(0);
+        read_json(&folder.path().join(out).join("run.json"))
     };
     assert_eq!(run("killed", &["--resume"])["resumed"], 1);
     run("whole", &[]);
-    let (resumed, whole) = (rows_of(&csv), rows_of(&folder.path().join("whole/origin.csv")));
+    let (resumed, whole) =
+        (read_table(&csv).1, read_table(&folder.path().join("whole/origin.csv")).1);
     assert_eq!(resumed.len(), whole.len());
     let largest = |j: usize| whole.iter().map(|row| row[j].abs()).fold(0.0, f64::max);
     for (a, b) in resumed.iter().zip(&whole) {

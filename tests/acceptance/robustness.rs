@@ -26,8 +26,7 @@ const SHORT: [&str; 10] = [
 
 /// Leaves `out` in the state of a run that was killed right after the checkpoint. Returns the table of the probe.
 fn killed(folder: &Path) -> String {
-    let run = myovib_in(folder, &[&SHORT[..9], &["--set", "time.end=0.16"]].concat());
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    myovib_in(folder, &[&SHORT[..9], &["--set", "time.end=0.16"]].concat()).with_code(0);
     fs::remove_file(folder.join("out/run.json")).unwrap();
     fs::read_to_string(folder.join("out/origin.csv")).unwrap()
 }
@@ -43,8 +42,7 @@ fn rows_that_a_table_has_lost_are_not_invented() {
     let csv = folder.path().join("out/origin.csv");
     let short = first_rows(&written, 5);
     fs::write(&csv, &short).unwrap();
-    let run = myovib_in(folder.path(), &SHORT);
-    assert_eq!(run.code, 2, "{}", run.stderr);
+    let run = myovib_in(folder.path(), &SHORT).with_code(2);
     for printed in ["origin.csv", "rows would be missing", "--overwrite"] {
         assert!(run.stderr.contains(printed), "{printed}: {}", run.stderr);
     }
@@ -58,8 +56,7 @@ fn a_field_file_that_is_gone_is_not_passed_over() {
     let first = [&SHORT[..9], &["--set", "time.end=0.16"], &fields].concat();
     assert_eq!(myovib_in(folder.path(), &first).code, 0);
     fs::remove_file(folder.path().join("out/fields_00001.vtu")).unwrap();
-    let run = myovib_in(folder.path(), &[&SHORT[..], &fields].concat());
-    assert_eq!(run.code, 2, "{}", run.stderr);
+    let run = myovib_in(folder.path(), &[&SHORT[..], &fields].concat()).with_code(2);
     for printed in ["fields_00001.vtu", "--overwrite"] {
         assert!(run.stderr.contains(printed), "{printed}: {}", run.stderr);
     }
@@ -71,8 +68,7 @@ fn an_incomplete_last_row_is_removed_with_a_note() {
     let written = killed(folder.path());
     let csv = folder.path().join("out/origin.csv");
     fs::write(&csv, written + "1.7e-1,\0\0\0").unwrap();
-    let run = myovib_in(folder.path(), &SHORT);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    let run = myovib_in(folder.path(), &SHORT).with_code(0);
     assert!(run.stderr.contains("10 bytes"), "{}", run.stderr);
     let text = fs::read_to_string(&csv).unwrap();
     let times = text.lines().skip(1).filter_map(|line| line.split(',').next());
@@ -93,8 +89,7 @@ fn checkpoints_do_not_change_a_run() {
                 (format!("integrator.method={method}"), format!("checkpoint.interval={every}"));
             let arguments = ["run", "init", "--quiet", "--set", "time.end=0.2", "--out", &out];
             let sets = ["--set", &method, "--set", &every];
-            let run = myovib_in(folder.path(), &[&arguments[..], &sets].concat());
-            assert_eq!(run.code, 0, "{}", run.stderr);
+            myovib_in(folder.path(), &[&arguments[..], &sets].concat()).with_code(0);
             fs::read_to_string(folder.path().join(out).join("origin.csv")).unwrap()
         };
         assert_eq!(table("1"), table("0.001"), "{method}");
@@ -105,8 +100,7 @@ fn checkpoints_do_not_change_a_run() {
 fn a_finished_run_is_not_resumed_whatever_its_checkpoints() {
     let folder = tempfile::tempdir().unwrap();
     assert_eq!(myovib_in(folder.path(), &SHORT[..9]).code, 0);
-    let run = myovib_in(folder.path(), &SHORT);
-    assert_eq!(run.code, 2, "{}", run.stderr);
+    let run = myovib_in(folder.path(), &SHORT).with_code(2);
     assert!(run.stderr.contains("the run is finished"), "{}", run.stderr);
 }
 
@@ -120,12 +114,10 @@ fn a_run_of_a_changed_mesh_is_not_resumed() {
     let file = ["--set", "mesh.type=file", "--set", "mesh.path=a.msh"];
     let scene = include_str!("../../data/scenes/init.toml");
     fs::write(folder.path().join("init"), scene).unwrap();
-    let first = myovib_in(folder.path(), &[&SHORT[..9], &file].concat());
-    assert_eq!(first.code, 0, "{}", first.stderr);
+    myovib_in(folder.path(), &[&SHORT[..9], &file].concat()).with_code(0);
     fs::remove_file(folder.path().join("out/run.json")).unwrap();
     fs::write(&mesh, text.replacen("0.06", "0.0600001", 1)).unwrap();
-    let again = myovib_in(folder.path(), &[&SHORT[..], &file].concat());
-    assert_eq!(again.code, 2, "{}", again.stderr);
+    let again = myovib_in(folder.path(), &[&SHORT[..], &file].concat()).with_code(2);
     assert!(again.stderr.contains("`a.msh`"), "{}", again.stderr);
 }
 
@@ -158,8 +150,7 @@ fn one_run_at_a_time_writes_into_a_folder_and_signals_keep_its_output() {
             assert!(since.elapsed() < Duration::from_secs(60), "it does not start");
             std::thread::yield_now();
         }
-        let second = myovib_in(folder.path(), &["run", "init", "--overwrite"]);
-        assert_eq!(second.code, 2, "{}", second.stderr);
+        let second = myovib_in(folder.path(), &["run", "init", "--overwrite"]).with_code(2);
         assert!(second.stderr.contains("another process is writing to"), "{}", second.stderr);
         let sent = Command::new("kill").args([signal, &first.id().to_string()]).status();
         assert!(sent.unwrap().success());
@@ -234,19 +225,16 @@ fn links_and_pipes_are_not_followed() {
     fs::create_dir(&out).unwrap();
     fs::write(&precious, "mine").unwrap();
     std::os::unix::fs::symlink(&precious, out.join("origin.csv")).unwrap();
-    let refused = myovib_in(folder.path(), &SHORT[..9]);
-    assert_eq!(refused.code, 2, "{}", refused.stderr);
+    myovib_in(folder.path(), &SHORT[..9]).with_code(2);
     // The link was not created by the program.
-    let run = myovib_in(folder.path(), &[&SHORT[..9], &["--overwrite"]].concat());
-    assert_eq!(run.code, 2, "{}", run.stderr);
+    myovib_in(folder.path(), &[&SHORT[..9], &["--overwrite"]].concat()).with_code(2);
     assert_eq!(fs::read_to_string(&precious).unwrap(), "mine");
     let there = fs::symlink_metadata(out.join("origin.csv")).unwrap();
     assert!(there.is_symlink());
     let pipe = folder.path().join("pipe");
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
     // Not even the superuser can create files in this folder.
-    let run = myovib_in(folder.path(), &["doctor", "--json=/sys/document.json"]);
-    assert_eq!(run.code, 2, "{}", run.stderr);
+    myovib_in(folder.path(), &["doctor", "--json=/sys/document.json"]).with_code(2);
     let run = myovib_in(folder.path(), &["doctor", "--json=pipe"]);
     assert_eq!(run.code, 2);
     assert!(run.stderr.contains("pipe"), "{}", run.stderr);

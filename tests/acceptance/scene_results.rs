@@ -5,19 +5,12 @@ use std::fs;
 use std::path::Path;
 
 use crate::harness::myovib_in;
+use crate::results::{read_column, read_table, run_scene};
 
 /// Returns the last row in the table of a probe.
 fn last_row(folder: &Path, probe: &str) -> Vec<f64> {
-    let text = fs::read_to_string(folder.join(format!("{probe}.csv"))).expect("a probe's file");
-    let last = text.lines().last().expect("a row");
-    last.split(',').map(|word| word.parse().expect("a number")).collect()
-}
-
-fn run(folder: &Path, scene: &str, out: &str, sets: &[&str]) {
-    let mut arguments = vec!["run", scene, "--out", out, "--quiet"];
-    arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
-    let run = myovib_in(folder, &arguments);
-    assert_eq!(run.code, 0, "{scene}: {}", run.stderr);
+    let (_, mut rows) = read_table(&folder.join(format!("{probe}.csv")));
+    rows.pop().expect("a row")
 }
 
 #[test]
@@ -27,7 +20,7 @@ fn a_cantilever_sags_as_in_beam_theory() {
     // hundredth of the weight keeps the deflection small.
     let [length, height, weight, shear] = [0.2, 0.01, 1e3 * 0.0981, 1e5];
     let sets = ["mesh.length=0.2", "mesh.cells=[160,8]", "body_force[0].y=-0.0981"];
-    run(folder.path(), "cantilever", "out", &sets);
+    run_scene(folder.path(), "cantilever", "out", &sets);
     // In plane strain, an incompressible beam has E/(1 - ν²) = 3 G / (3/4) = 4 G and I = h³/12. Timoshenko's shear has
     // the factor 5/6.
     let bending: f64 = weight * height * length * length * length * length
@@ -47,7 +40,7 @@ fn cooks_membrane_converges_to_the_value_in_the_literature() {
     let folder = tempfile::tempdir().unwrap();
     let tips = [4, 8, 16].map(|n| {
         let (out, cells) = (format!("cook{n}"), format!("mesh.cells=[{n},{n}]"));
-        run(folder.path(), "cook-static", &out, &[&cells]);
+        run_scene(folder.path(), "cook-static", &out, &[&cells]);
         last_row(&folder.path().join(out), "tip")[2]
     });
     // Each refinement changes the result less than the previous one. The corner at the clamp slows down the
@@ -64,13 +57,9 @@ fn stiffness_follows_the_coherence_of_the_chains() {
     let folder = tempfile::tempdir().unwrap();
     // At a gain as in the scene of the rod, the chains synchronize within a second.
     let sets = ["chain[0].gain=2e6", "chain[1].gain=2e6", "chain[2].gain=2e6", "time.end=1.0"];
-    run(folder.path(), "two-way", "two", &sets);
-    let rows = |name: &str| -> Vec<Vec<f64>> {
-        let text = fs::read_to_string(folder.path().join("two").join(name)).unwrap();
-        let numbers = |line: &str| line.split(',').map(|word| word.parse().unwrap()).collect();
-        text.lines().skip(1).map(numbers).collect()
-    };
-    let (factors, coherence) = (rows("feedback.csv"), rows("middle.csv"));
+    run_scene(folder.path(), "two-way", "two", &sets);
+    let [(_, factors), (_, coherence)] = ["feedback.csv", "middle.csv"]
+        .map(|name| read_table(&folder.path().join("two").join(name)));
     assert_eq!(factors[0][1..], [1.5; 3], "at rest nothing is in step");
     // If the chains are synchronized with radii of about 2, the smoothing radius of 0.2 gives 1 + 0.5 (0.2/2)². The
     // same amount is added for the remaining detuning.
@@ -83,13 +72,14 @@ fn stiffness_follows_the_coherence_of_the_chains() {
         "feedback[1].at_full_coherence=1.5",
         "feedback[2].at_full_coherence=1.5",
     ]);
-    run(folder.path(), "two-way", "stiff", &stiff.collect::<Vec<_>>());
-    let largest = |out: &str| {
-        let text = fs::read_to_string(folder.path().join(out).join("origin.csv")).unwrap();
-        let u_y = |line: &str| line.split(',').nth(2).unwrap().parse::<f64>().unwrap().abs();
-        text.lines().skip(1).map(u_y).fold(0.0, f64::max)
-    };
-    assert!(largest("stiff") > 1.5 * largest("two"));
+    run_scene(folder.path(), "two-way", "stiff", &stiff.collect::<Vec<_>>());
+    let [stiff, two] = ["stiff", "two"].map(|out| largest_u_y(&folder.path().join(out)));
+    assert!(stiff > 1.5 * two);
+}
+
+/// Returns the maximum of |u_y| at the probe `origin`.
+fn largest_u_y(folder: &Path) -> f64 {
+    read_column(&folder.join("origin.csv"), "u_y").iter().fold(0.0, |m, u| m.max(u.abs()))
 }
 
 /// Returns a square of n × n cells with two triangles each in Gmsh's format (4.1, ASCII).
@@ -148,7 +138,7 @@ fn a_newcomer_gets_from_a_mesh_to_a_picture() {
     fs::write(at.join("scene.toml"), mine).unwrap();
     let check = myovib_in(at, &["check", "scene.toml"]);
     assert!(check.code == 0 && check.stdout.contains("No objections."), "{}", check.stdout);
-    run(at, "scene.toml", "out", &["time.end=0.5"]);
+    run_scene(at, "scene.toml", "out", &["time.end=0.5"]);
     let report = fs::read_to_string(at.join("out/report.html")).unwrap();
     // The report has five pictures without external resources: the mesh, its deformation, and each column of the probe.
     assert_eq!(report.matches("<figure").count(), 5);
@@ -168,13 +158,8 @@ fn a_pulse_after_a_rest_is_seen_by_every_method() {
     let peak = |method: &str| {
         let chosen = format!("integrator.method=\"{method}\"");
         let sets = ["time.end=1.3", pulse, &chosen];
-        run(folder.path(), "init", method, &sets);
-        let rows = fs::read_to_string(folder.path().join(method).join("origin.csv")).unwrap();
-        let u_y = rows.lines().skip(1).map(|row| {
-            let word = row.split(',').nth(2).expect("t, u_x, u_y, p");
-            word.parse::<f64>().expect("a number").abs()
-        });
-        u_y.fold(0.0, f64::max)
+        run_scene(folder.path(), "init", method, &sets);
+        largest_u_y(&folder.path().join(method))
     };
     let tight = peak("radau13");
     assert!(tight > 1e-3, "{tight}");
@@ -223,9 +208,7 @@ fn an_incompressible_damped_body_gets_past_the_break_of_a_load() {
             let formulation = format!("solid.formulation=\"{formulation}\"");
             let chosen = format!("integrator.method=\"{method}\"");
             let out = format!("{formulation}-{method}").replace('"', "");
-            run(folder.path(), "body.toml", &out, &[&formulation, &chosen]);
-            let text = fs::read_to_string(folder.path().join(out).join("run.json")).unwrap();
-            let found: serde_json::Value = serde_json::from_str(&text).unwrap();
+            let found = run_scene(folder.path(), "body.toml", &out, &[&formulation, &chosen]);
             // The run takes 60 to 230 steps, depending on the formulation and the order.
             assert!(found["steps"].as_u64().is_some_and(|steps| steps < 400));
         }
@@ -268,8 +251,6 @@ fn short_steps_end_where_only_rounding_is_seen_of_multipliers() {
         max_steps = 5000
     "#;
     fs::write(folder.path().join("body.toml"), scene).unwrap();
-    run(folder.path(), "body.toml", "out", &[]);
-    let text = fs::read_to_string(folder.path().join("out/run.json")).unwrap();
-    let found: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let found = run_scene(folder.path(), "body.toml", "out", &[]);
     assert_eq!(found["outcome"], "finished", "{found}");
 }

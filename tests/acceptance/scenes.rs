@@ -7,26 +7,14 @@ use myovib_scene::builtin::{BuiltinScene, SCENES};
 use serde_json::Value;
 
 use crate::harness::myovib_in;
-
-fn run_json(folder: &Path) -> Value {
-    let text = fs::read_to_string(folder.join("run.json")).expect("run.json was written");
-    serde_json::from_str(&text).expect("valid JSON")
-}
-
-/// Returns the rows of a CSV file without its header.
-fn rows(path: &Path) -> Vec<Vec<f64>> {
-    let text = fs::read_to_string(path).expect("the file was written");
-    let numbers =
-        |line: &str| line.split(',').map(|word| word.parse().expect("a number")).collect();
-    text.lines().skip(1).map(numbers).collect()
-}
+use crate::results::{self, read_json};
 
 /// Runs a scene in `folder` and expects success.
 fn run(folder: &Path, scene: &str, out: &str, more: &[&str]) -> Value {
     let arguments = [&["run", scene, "--out", out, "--quiet"], more].concat();
     let run = myovib_in(folder, &arguments);
     assert_eq!(run.code, 0, "{scene}: {}", run.stderr);
-    run_json(&folder.join(out))
+    read_json(&folder.join(out).join("run.json"))
 }
 
 /// Runs every scene until its loads have risen. Ramped loads reach half of their amplitude at 0.8 s.
@@ -50,7 +38,7 @@ fn every_built_in_scene_runs_under_its_load() {
         assert!(out.join("report.html").exists());
         let tables = fs::read_dir(&out).unwrap().map(|file| file.unwrap().path());
         for table in tables.filter(|path| path.extension().is_some_and(|e| e == "csv")) {
-            let rows = rows(&table);
+            let (_, rows) = results::read_table(&table);
             let changes = |k: usize| rows.iter().any(|row| row[k] != rows[0][k]);
             let moves = rows.len() == 1 || (1..rows[0].len()).any(changes);
             // Ventricles contract after 0.16 s, which a separate test covers.
@@ -96,12 +84,10 @@ fn a_wrong_scene_is_explained_and_writes_nothing() {
 fn an_equilibrium_ignores_sections_of_a_motion_with_a_note() {
     let folder = tempfile::tempdir().unwrap();
     let set = "chain=[{ name = \"c\", oscillators = 3, at = [0.0, 0.0] }]";
-    let run = myovib_in(folder.path(), &["run", "cook-static", "--set", set]);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    let run = myovib_in(folder.path(), &["run", "cook-static", "--set", set]).with_code(0);
     let note = "not used by this analysis: [[chain]]";
     assert!(run.stderr.contains(note), "{}", run.stderr);
-    let check = myovib_in(folder.path(), &["check", "cook-static", "--set", set]);
-    assert_eq!(check.code, 0, "{}", check.stderr);
+    myovib_in(folder.path(), &["check", "cook-static", "--set", set]).with_code(0);
 }
 
 #[test]
@@ -124,7 +110,7 @@ fn resumed(scene: &str, probe: &str, sets: &[&str], [part, end]: [&str; 2]) -> [
         let document = run(folder.path(), scene, out, &settings);
         assert_eq!(document["outcome"], "finished");
         assert_eq!(document["resumed"], u64::from(!more.is_empty()));
-        rows(&folder.path().join(format!("{out}/{probe}.csv")))
+        results::read_table(&folder.path().join(format!("{out}/{probe}.csv"))).1
     };
     let uninterrupted = ending(end, "whole", &[]);
     ending(part, "parts", &[]);
@@ -147,8 +133,7 @@ fn a_finished_run_has_nothing_to_go_on_with() {
     assert_eq!(myovib_in(folder.path(), &common).code, 0);
     let document = folder.path().join("out/run.json");
     let before = fs::read(&document).unwrap();
-    let again = myovib_in(folder.path(), &[&common[..], &["--resume"]].concat());
-    assert_eq!(again.code, 2, "{}", again.stderr);
+    let again = myovib_in(folder.path(), &[&common[..], &["--resume"]].concat()).with_code(2);
     for printed in ["finished", "out", "t = 0.02 s", "--overwrite"] {
         assert!(again.stderr.contains(printed), "{printed}: {}", again.stderr);
     }
@@ -220,8 +205,7 @@ fn the_order_of_bdf_is_chosen_by_the_damping_with_a_reason() {
         assert_eq!(document["scene"]["integrator"]["max_order"], "auto");
     }
     let rod = ["run", "figure3", "--set", "integrator.max_order=\"auto\""];
-    let run = myovib_in(folder.path(), &rod);
-    assert_eq!(run.code, 2, "{}", run.stderr);
+    let run = myovib_in(folder.path(), &rod).with_code(2);
     assert!(run.stderr.contains("max_order"), "{}", run.stderr);
 }
 
@@ -231,7 +215,7 @@ fn a_run_of_the_rod_starts_whatever_its_end() {
     let long = ["--set", "time.end=2000", "--set", "integrator.max_steps=300"];
     let out = ["--out", "long", "--quiet"];
     myovib_in(folder.path(), &[&["run", "figure3"][..], &out, &long].concat());
-    let document = run_json(&folder.path().join("long"));
+    let document = read_json(&folder.path().join("long/run.json"));
     assert_eq!(document["reason"], "max_steps", "{}", document["message"]);
 }
 
@@ -244,7 +228,7 @@ fn as_many_steps_as_are_needed_are_enough() {
         let words = ["run", "init", "--quiet", "--set", "time.end=0.2"];
         let words = [&words[..], &["--set", &most, "--out", out]].concat();
         let code = myovib_in(folder.path(), &words).code;
-        (code, run_json(&folder.path().join(out)))
+        (code, read_json(&folder.path().join(out).join("run.json")))
     };
     let (_, whole) = with(1000, "whole");
     let steps = whole["steps"].as_u64().unwrap();

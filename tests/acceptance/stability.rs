@@ -1,11 +1,9 @@
 //! Checks that failing runs report the location of the failure, and that results are reproducible bit by bit.
 
 use std::fs;
-use std::path::Path;
-
-use serde_json::Value;
 
 use crate::harness::myovib_in;
+use crate::results::read_json;
 
 /// Block that is clamped at both ends and compressed fast. At a loose tolerance, Newton's method ends with inverted
 /// elements.
@@ -45,18 +43,12 @@ rtol = 0.1
 atol = { u = 0.1, v = 0.1, p = 1e4, p_rate = 5.0 }
 "#;
 
-fn run_json(folder: &Path) -> Value {
-    let text = fs::read_to_string(folder.join("run.json")).expect("a document");
-    serde_json::from_str(&text).expect("valid JSON")
-}
-
 #[test]
 fn an_inverted_element_is_named_in_the_message_and_in_the_document() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("crushed.toml"), CRUSHED).unwrap();
-    let run = myovib_in(folder.path(), &["run", "crushed.toml", "--quiet"]);
-    assert_eq!(run.code, 3, "{}", run.stderr);
-    let document = run_json(&folder.path().join("out"));
+    myovib_in(folder.path(), &["run", "crushed.toml", "--quiet"]).with_code(3);
+    let document = read_json(&folder.path().join("out/run.json"));
     let stop = &document["stop"];
     assert!(stop["J"].as_f64().unwrap() <= 0.0, "{stop}");
     assert_eq!(stop["barycentric"].as_array().unwrap().len(), 3);
@@ -83,8 +75,7 @@ fn the_same_scene_gives_the_same_bits_whatever_the_threads() {
             "--out",
             out,
         ];
-        let run = myovib_in(folder.path(), &arguments);
-        assert_eq!(run.code, 0, "{}", run.stderr);
+        myovib_in(folder.path(), &arguments).with_code(0);
         let mut files: Vec<_> = fs::read_dir(folder.path().join(out))
             .unwrap()
             .map(|entry| entry.unwrap().path())

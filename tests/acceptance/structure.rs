@@ -34,8 +34,8 @@ fn table1_computes_the_papers_indices() {
 #[test]
 fn infsup_distinguishes_stable_and_unstable_spaces_and_draws() {
     let folder = tempfile::tempdir().expect("a folder");
-    let run = myovib_in(folder.path(), &["infsup", "--levels", "2", "--plot", "i.svg", "--json"]);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    let run = myovib_in(folder.path(), &["infsup", "--levels", "2", "--plot", "i.svg", "--json"])
+        .with_code(0);
     let reported: Vec<&str> = run.stderr.lines().collect();
     assert_eq!(reported.len(), 4, "{}", run.stderr);
     assert_eq!(reported[1], "P2–P1, level 2 of 2: 1244 triangles");
@@ -93,8 +93,7 @@ fn infsup_measures_the_mesh_of_a_scene() {
     let partly = infsup("components = [\"x\"]\n", &[]);
     assert_eq!((partly.code, partly.stdout.as_str()), (2, ""));
     assert!(partly.stderr.contains("`right`"), "{}", partly.stderr);
-    let named = infsup("components = [\"x\"]\n", &["--fixed", "left"]);
-    assert_eq!(named.code, 0, "{}", named.stderr);
+    let named = infsup("components = [\"x\"]\n", &["--fixed", "left"]).with_code(0);
     assert_eq!(document(&named.stdout, "infsup")["fixed"], serde_json::json!(["left"]));
 }
 
@@ -158,8 +157,7 @@ fn check_warns_of_row_4() {
 
     let text = myovib(&["check", "table2-4-suppressed"]);
     assert!(text.stdout.contains("No objections"), "{}", text.stdout);
-    let rod = myovib(&["check", "figure2"]);
-    assert_eq!(rod.code, 0, "{}", rod.stderr);
+    let rod = myovib(&["check", "figure2"]).with_code(0);
     assert!(rod.stdout.starts_with("The scene is valid."));
 }
 
@@ -192,8 +190,7 @@ fn check_reports_the_cost_of_a_period() {
 fn check_reports_the_cost_of_a_response() {
     let set = ["--set", "traction[0].response={ y = 1.0 }", "--set", "response.frequencies=[1, 2]"];
     let wanted = [&["check", "init", "--json", "--set", "analysis=response"], &set[..]].concat();
-    let run = myovib(&wanted);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    let run = myovib(&wanted).with_code(0);
     let found = &document(&run.stdout, "check")["response"];
     let folder = tempfile::tempdir().expect("a folder");
     let wanted = [&["response", "init", "--json", "--out", "out"], &set[..]].concat();
@@ -264,8 +261,7 @@ fn check_reports_the_cost_of_an_equilibrium() {
 fn check_names_the_files_of_oscillators() {
     let folder = tempfile::tempdir().expect("a folder");
     let chain = "\n[[chain]]\nname = \"here\"\nat = [[0.0, 0.0], [0.0, 0.005]]\noscillators = 2\n";
-    let init = myovib_in(folder.path(), &["init", "-"]);
-    assert_eq!(init.code, 0, "{}", init.stderr);
+    let init = myovib_in(folder.path(), &["init", "-"]).with_code(0);
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, init.stdout + chain).expect("the scene");
     let with = |words: &[&str]| {
@@ -275,8 +271,7 @@ fn check_names_the_files_of_oscillators() {
     let text = with(&["check"]).stdout;
     let line = "writes          places.pvd: oscillators in 3 files\n";
     assert!(text.contains(line), "{text}");
-    let run = with(&["run", "--quiet", "--out", "out"]);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    with(&["run", "--quiet", "--out", "out"]).with_code(0);
     let list = std::fs::read_to_string(folder.path().join("out/places.pvd")).expect("the list");
     assert_eq!(list.matches("<DataSet").count(), 3);
 }
@@ -305,8 +300,7 @@ oscillators = 2
         ];
         let sets = sets.iter().flat_map(|set| ["--set", set]);
         let words = words.iter().copied().chain(sets);
-        let run = myovib_in(folder.path(), &words.collect::<Vec<_>>());
-        assert_eq!(run.code, 0, "{}", run.stderr);
+        let run = myovib_in(folder.path(), &words.collect::<Vec<_>>()).with_code(0);
         run
     };
     let check = document(&with(&["check", "scene.toml", "--json"]).stdout, "check");
@@ -370,13 +364,11 @@ fn run_finds_the_modes_of_a_scene_as_modes_does() {
     let expected = modes.iter().map(|mode| mode["frequency"].as_f64());
     assert!(frequencies.eq(expected), "{table}");
 
-    let again = with_set(&["run", "init", "--quiet"]);
-    assert_eq!(again.code, 2, "{}", again.stderr);
+    with_set(&["run", "init", "--quiet"]).with_code(2);
     for (option, reported) in
         [("--resume", "nothing to continue"), ("--verify", "no time integration error")]
     {
-        let refused = with_set(&["run", "init", "--out", "other", option]);
-        assert_eq!(refused.code, 2, "{}", refused.stderr);
+        let refused = with_set(&["run", "init", "--out", "other", option]).with_code(2);
         assert!(refused.stderr.contains(reported), "{}", refused.stderr);
     }
     let rod = myovib_in(folder.path(), &["run", "figure3", "--out", "rod", set[0], set[1]]);
@@ -412,8 +404,7 @@ fn run_repeats_the_warnings_of_check_once() {
         set.extend(sets.iter().flat_map(|set| ["--set", set]));
         let check = myovib_in(folder.path(), &[&["check"][..], &set].concat());
         let run = [&["run"][..], &set, &["--quiet", "--overwrite"]].concat();
-        let run = myovib_in(folder.path(), &run);
-        assert_eq!(run.code, 0, "{}", run.stderr);
+        let run = myovib_in(folder.path(), &run).with_code(0);
         let warned = of(&run.stderr);
         assert_eq!(warned, of(&check.stdout), "{}", check.stdout);
         assert_eq!(warned.len(), n_warnings, "{}", run.stderr);

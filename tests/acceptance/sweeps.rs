@@ -9,6 +9,7 @@ use myovib_scene::builtin;
 use serde_json::Value;
 
 use crate::harness::{Run, myovib_in};
+use crate::results::read_json;
 
 #[test]
 fn cases_of_a_sweep_are_stable_and_can_be_computed_alone() {
@@ -26,11 +27,9 @@ fn cases_of_a_sweep_are_stable_and_can_be_computed_alone() {
         "--out",
     ];
     let sweep = |out: &str, more: &[&str]| {
-        let run = myovib_in(folder.path(), &[&common[..], &[out], more].concat());
-        assert_eq!(run.code, 0, "{}", run.stderr);
-        let text = fs::read_to_string(folder.path().join(out).join("sweep.json")).unwrap();
-        let value: Value = serde_json::from_str(&text).unwrap();
-        value["rows"].as_array().unwrap().clone()
+        myovib_in(folder.path(), &[&common[..], &[out], more].concat()).with_code(0);
+        let sweep = read_json(&folder.path().join(out).join("sweep.json"));
+        sweep["rows"].as_array().unwrap().clone()
     };
     let all = sweep("all", &["--threads", "2"]);
     let alone = sweep("alone", &["--case", "4/6"]);
@@ -54,8 +53,7 @@ fn a_pipe_in_place_of_a_record_is_not_read() {
     fs::remove_file(&record).unwrap();
     let made = Command::new("mkfifo").arg(&record).status().unwrap();
     assert!(made.success());
-    let again = sweep();
-    assert_eq!(again.code, 0, "{}", again.stderr);
+    sweep().with_code(0);
 }
 
 /// Regression: an invalid value among valid values resulted in a failed row of a successful sweep, and a job script was
@@ -93,11 +91,9 @@ fn a_sweep_of_a_scene_that_has_changed_is_computed_again() {
             // The second case can slide along the wall, so it is not sufficiently supported.
             "fixed[0].components=[\"x\", \"y\"],[\"x\"]",
         ];
-        let run = myovib_in(folder.path(), &arguments);
-        assert_eq!(run.code, 0, "{}", run.stderr);
+        let run = myovib_in(folder.path(), &arguments).with_code(0);
         assert!(run.stderr.starts_with("note: case 2: "), "{}", run.stderr);
-        let table = fs::read_to_string(folder.path().join("sweep/sweep.json")).unwrap();
-        let table: Value = serde_json::from_str(&table).unwrap();
+        let table = read_json(&folder.path().join("sweep/sweep.json"));
         assert_eq!(table["rows"][0]["solid.bulk_modulus"], 1e5);
         assert_eq!(table["rows"][1]["fixed[0].components"], "[\"x\"]");
         assert_eq!(table["rows"][1]["outcome"], "failed", "{table}");
@@ -134,8 +130,7 @@ fn a_sweep_detects_changed_files_and_retries_failed_cases() {
         myovib_in(folder.path(), &[&common[..], more].concat())
     };
     let sweep = |more: &[&str]| -> Value {
-        let run = swept(more);
-        assert_eq!(run.code, 0, "{}", run.stderr);
+        let run = swept(more).with_code(0);
         serde_json::from_str(&run.stdout).unwrap()
     };
     let case = folder.path().join("sweep/case-0001.json");
@@ -167,8 +162,7 @@ fn sweep(folder: &Path, more: &[&str]) -> Run {
 
 /// Returns the table of the same sweep.
 fn swept(folder: &Path, more: &[&str]) -> Value {
-    let run = sweep(folder, more);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    let run = sweep(folder, more).with_code(0);
     serde_json::from_str(&run.stdout).expect("JSON")
 }
 
@@ -227,8 +221,7 @@ fn a_sweep_sees_another_program() {
     write_scene(folder.path());
     let first = swept(folder.path(), &[]);
     let case = folder.path().join("sweep/case-0001.json");
-    let text = fs::read_to_string(&case).unwrap();
-    let mut record: Value = serde_json::from_str(&text).unwrap();
+    let mut record = read_json(&case);
     record["program"] = "0.0.9 of last year".into();
     record["result"]["steps"] = 1.into();
     fs::write(&case, record.to_string()).unwrap();
@@ -281,8 +274,7 @@ fn the_job_script_for_slurm_computes_all_cases_and_explains_how_to_collect_them(
         "--per-task",
         "2",
     ];
-    let run = myovib_in(folder.path(), &words);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    let run = myovib_in(folder.path(), &words).with_code(0);
     assert_eq!(run.stdout, "3 cases in 2 tasks. Submit them: sbatch jobs.sh\n");
     assert!(!folder.path().join("my cases").exists(), "nothing is computed");
     let script = fs::read_to_string(folder.path().join("jobs.sh")).unwrap();
@@ -311,8 +303,7 @@ fn the_job_script_for_slurm_computes_all_cases_and_explains_how_to_collect_them(
         .output()
         .unwrap();
     assert!(collected.status.success());
-    let table = fs::read_to_string(folder.path().join("my cases/sweep.json")).unwrap();
-    let table: Value = serde_json::from_str(&table).unwrap();
+    let table = read_json(&folder.path().join("my cases/sweep.json"));
     for row in table["rows"].as_array().unwrap() {
         assert_eq!(row["outcome"], "finished", "{table}");
         assert!(row["top"].as_f64().is_some_and(|top| top > 0.0), "{table}");
@@ -337,8 +328,7 @@ fn a_sweep_of_modes_has_columns_of_frequencies() {
         "second=min(modes.frequency, 2)",
         "--json",
     ];
-    let run = myovib_in(folder.path(), &[&sweep[..], &set].concat());
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    let run = myovib_in(folder.path(), &[&sweep[..], &set].concat()).with_code(0);
     let table: Value = serde_json::from_str(&run.stdout).unwrap();
     for (row, kappa) in [(0, "solid.bulk_modulus=1e4"), (1, "solid.bulk_modulus=1e5")] {
         let modes = ["modes", "init", "--json", "--set", kappa];

@@ -160,8 +160,8 @@ fn the_probe_writes_its_csv_from_dense_output() {
                 "table2", "--rows", "1", "--t-end", "0.1", "--quiet", "--probe", "origin",
                 "--every", every, "--csv", file, "--json",
             ],
-        );
-        assert_eq!(run.code, 0, "{}", run.stderr);
+        )
+        .with_code(0);
         let text = fs::read_to_string(folder.path().join(file)).unwrap();
         (document(&run.stdout, "table2"), text)
     };
@@ -184,8 +184,8 @@ fn the_table_goes_to_csv_whole() {
     let run = myovib_in(
         folder.path(),
         &["table2", "--rows", "1,3m", "--t-end", "0.01", "--quiet", "--csv", "t2.csv"],
-    );
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    )
+    .with_code(0);
     assert!(run.stdout.contains("multipliers"), "{}", run.stdout);
     let text = fs::read_to_string(folder.path().join("t2.csv")).unwrap();
     let columns = text.lines().next().unwrap().split(',').count();

@@ -184,14 +184,13 @@ fn a_file_that_an_option_names_is_not_replaced_unless_the_program_made_it() {
     }
     // A positional argument after `--json` is not taken as the file of `--json`.
     let before = fs::read_to_string(folder.path().join("scene.toml")).unwrap();
-    let run = myovib_in(folder.path(), &["modes", "--count", "1", "--json", "scene.toml"]);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    let run =
+        myovib_in(folder.path(), &["modes", "--count", "1", "--json", "scene.toml"]).with_code(0);
     assert!(run.stdout.starts_with("{\n  \"schema\": \"myovib/modes/1\""));
     assert_eq!(fs::read_to_string(folder.path().join("scene.toml")).unwrap(), before);
     // The program may replace its own file.
     for _ in 0..2 {
-        let run = myovib_in(folder.path(), &["doctor", "--json=own.json"]);
-        assert_eq!(run.code, 0, "{}", run.stderr);
+        myovib_in(folder.path(), &["doctor", "--json=own.json"]).with_code(0);
     }
 }
 
@@ -200,11 +199,9 @@ fn a_file_that_an_option_names_is_not_replaced_unless_the_program_made_it() {
 #[test]
 fn a_folder_of_somebody_elses_files_or_of_another_command_is_left_as_it_is() {
     let folder = place();
-    let sweep =
-        myovib_in(folder.path(), &words(line_of("sweep"), &["--out", "a-sweep", "--quiet"]));
-    assert_eq!(sweep.code, 0, "{}", sweep.stderr);
-    let run = myovib_in(folder.path(), &words(line_of("run"), &["--out", "a-run", "--quiet"]));
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    myovib_in(folder.path(), &words(line_of("sweep"), &["--out", "a-sweep", "--quiet"]))
+        .with_code(0);
+    myovib_in(folder.path(), &words(line_of("run"), &["--out", "a-run", "--quiet"])).with_code(0);
     // These files are results of another command, although the program wrote them.
     assert_refused(folder.path(), &["doctor", "--json=a-run/run.json"]);
     assert_refused(&folder.path().join("a-sweep"), &["doctor", "--json=sweep.json"]);
@@ -237,8 +234,7 @@ fn a_folder_of_somebody_elses_files_or_of_another_command_is_left_as_it_is() {
         "a-sweep",
     ];
     assert_refused(folder.path(), &other);
-    let replaced = myovib_in(folder.path(), &[&other[..], &["--overwrite"]].concat());
-    assert_eq!(replaced.code, 0, "{}", replaced.stderr);
+    myovib_in(folder.path(), &[&other[..], &["--overwrite"]].concat()).with_code(0);
 }
 
 /// Starts a command whose standard output and standard error are closed pipes.
@@ -330,8 +326,7 @@ fn arguments_with_line_breaks_cannot_add_commands_to_a_job_script() {
         out,
     ];
     let slurm = format!("--slurm={script}");
-    let run = myovib_in(folder.path(), &[&common[..], &[&slurm]].concat());
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    myovib_in(folder.path(), &[&common[..], &[&slurm]].concat()).with_code(0);
     let computed = |arguments: &[&str]| {
         let end = Command::new("bash")
             .arg(folder.path().join(script))
