@@ -1,7 +1,6 @@
 use super::dual::Differentiable;
 use super::equations::{Differentiated, Equations};
 use super::{MechanicalForm, Start};
-use myovib_dae::VariableKind;
 
 const EPS: f64 = 0.01;
 const M: f64 = 10.0;
@@ -116,10 +115,8 @@ impl Equations for CarAxis {
         }
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        let mut kinds = vec![VariableKind::Differential; 8];
-        kinds.resize(self.n_unknowns(), VariableKind::Algebraic);
-        kinds
+    fn n_differential(&self) -> usize {
+        8
     }
 
     fn indices(&self) -> Vec<u8> {

@@ -3,7 +3,11 @@
 use super::Start;
 use super::dual::Differentiable;
 use super::equations::Equations;
-use myovib_dae::VariableKind;
+
+/// Returns the current of a diode, I_s (exp(u/U_T) − 1).
+pub(super) fn diode<S: Differentiable>([saturation, thermal]: [f64; 2], u: S) -> S {
+    (u.times(1.0 / thermal).exp() - S::from(1.0)).times(saturation)
+}
 
 /// The voltage doubler of Greinacher: two diodes, two capacitors and a load are supplied by a source of 50 Hz.
 ///
@@ -27,11 +31,6 @@ impl Doubler {
     const CAPACITORS: [f64; 2] = [20e-6, 50e-6];
     /// I_s (A) and U_T (V).
     const DIODE: [f64; 2] = [1e-9, 0.045];
-
-    fn diode<S: Differentiable>(u: S) -> S {
-        let [saturation, thermal] = Self::DIODE;
-        (u.times(1.0 / thermal).exp() - S::from(1.0)).times(saturation)
-    }
 }
 
 impl Equations for Doubler {
@@ -43,19 +42,11 @@ impl Equations for Doubler {
         let ([size, frequency], [source, load]) = (Self::SOURCE, Self::RESISTORS);
         let [c1, c2] = Self::CAPACITORS;
         let charging = (y_dot[0] - y_dot[1]).times(c1);
-        let across = Self::diode(y[1] - y[2]);
+        let across = diode(Self::DIODE, y[1] - y[2]);
         let driving = S::from(size * (frequency * t).sin());
         residual[0] = (driving - y[0]).times(1.0 / source) - charging;
-        residual[1] = charging + Self::diode(-y[1]) - across;
+        residual[1] = charging + diode(Self::DIODE, -y[1]) - across;
         residual[2] = across - y_dot[2].times(c2) - y[2].times(1.0 / load);
-    }
-
-    fn kinds(&self) -> Vec<VariableKind> {
-        vec![VariableKind::Differential; 3]
-    }
-
-    fn indices(&self) -> Vec<u8> {
-        vec![1; 3]
     }
 
     /// Returns a state in which all voltages are 0. The derivative of the sum of the first two equations gives u̇1 =
@@ -66,6 +57,15 @@ impl Equations for Doubler {
         let rate = size * frequency / (1.0 + 2.0 * source * saturation / thermal);
         Start { t: 0.0, y: vec![0.0; 3], y_dot: vec![rate, rate, 0.0] }
     }
+}
+
+/// I_s (A), U_T (V) and α of the transistors.
+const TRANSISTOR: [f64; 3] = [1e-6, 0.026, 0.99];
+
+/// Returns the current i(u) of a transistor.
+fn emitter<S: Differentiable>(u: S) -> S {
+    let [saturation, thermal, _] = TRANSISTOR;
+    diode([saturation, thermal], u)
 }
 
 /// A pair of transistors with a common emitter resistor. Capacitors couple the pair to a source and to a load.
@@ -90,13 +90,6 @@ impl Amplifier {
     const RESISTORS: [f64; 5] = [1e3, 2e4, 2.4e3, 4e3, 1e4];
     /// Capacitances C1, C_e and C2, F.
     const CAPACITORS: [f64; 3] = [2e-6, 1e-7, 3e-6];
-    /// I_s (A), U_T (V) and α.
-    const TRANSISTOR: [f64; 3] = [1e-6, 0.026, 0.99];
-
-    fn emitter<S: Differentiable>(u: S) -> S {
-        let [saturation, thermal, _] = Self::TRANSISTOR;
-        (u.times(1.0 / thermal).exp() - S::from(1.0)).times(saturation)
-    }
 }
 
 impl Equations for Amplifier {
@@ -106,11 +99,11 @@ impl Equations for Amplifier {
 
     fn residual<S: Differentiable>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
         let ([supply, base], [r0, r1, r_e, r_c, r_l]) = (Self::SUPPLY, Self::RESISTORS);
-        let ([c1, c_e, c2], [.., alpha]) = (Self::CAPACITORS, Self::TRANSISTOR);
+        let ([c1, c_e, c2], [.., alpha]) = (Self::CAPACITORS, TRANSISTOR);
         let pi = std::f64::consts::PI;
         let driving = 0.1 * (200.0 * pi * t).sin() + 0.05 * (470.0 * pi * t).sin();
         let (input, output) = ((y_dot[0] - y_dot[1]).times(c1), (y_dot[3] - y_dot[4]).times(c2));
-        let (first, second) = (Self::emitter(y[1] - y[2]), Self::emitter(S::from(base) - y[2]));
+        let (first, second) = (emitter(y[1] - y[2]), emitter(S::from(base) - y[2]));
         residual[0] = (S::from(driving) - y[0]).times(1.0 / r0) - input;
         residual[1] = input + (S::from(base) - y[1]).times(1.0 / r1) - first.times(1.0 - alpha);
         residual[2] = first + second - y[2].times(1.0 / r_e) - y_dot[2].times(c_e);
@@ -118,21 +111,13 @@ impl Equations for Amplifier {
         residual[4] = output - y[4].times(1.0 / r_l);
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        vec![VariableKind::Differential; 5]
-    }
-
-    fn indices(&self) -> Vec<u8> {
-        vec![1; 5]
-    }
-
     /// Returns a state in which the currents into the bases are balanced and the voltage of the load is 0. The two
     /// hidden equations and their derivatives determine the other values.
     fn start(&self) -> Start {
         let ([supply, base], [r0, r1, r_e, r_c, r_l]) = (Self::SUPPLY, Self::RESISTORS);
-        let ([c1, c_e, _], [saturation, thermal, alpha]) = (Self::CAPACITORS, Self::TRANSISTOR);
+        let ([c1, c_e, _], [saturation, thermal, alpha]) = (Self::CAPACITORS, TRANSISTOR);
         let (u2, u3) = (base, base - 0.16);
-        let current = Self::emitter(u2 - u3);
+        let current = emitter(u2 - u3);
         let slope = (current + saturation) / thermal;
         let u1 = -r0 * (1.0 - alpha) * current;
         let u4 = supply - r_c * alpha * current;
@@ -180,13 +165,6 @@ impl TwoStageAmplifier {
     const RESISTORS: [f64; 2] = [1e3, 9e3];
     /// Capacitances C1 to C5, F.
     const CAPACITORS: [f64; 5] = [1e-6, 2e-6, 3e-6, 4e-6, 5e-6];
-    /// I_s (A), U_T (V) and α.
-    const TRANSISTOR: [f64; 3] = [1e-6, 0.026, 0.99];
-
-    fn emitter<S: Differentiable>(u: S) -> S {
-        let [saturation, thermal, _] = Self::TRANSISTOR;
-        (u.times(1.0 / thermal).exp() - S::from(1.0)).times(saturation)
-    }
 }
 
 impl Equations for TwoStageAmplifier {
@@ -197,11 +175,11 @@ impl Equations for TwoStageAmplifier {
     fn residual<S: Differentiable>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
         let (supply, [r0, r]) = (S::from(Self::SUPPLY), Self::RESISTORS);
         let [c1, c2, c3, c4, c5] = Self::CAPACITORS;
-        let [.., alpha] = Self::TRANSISTOR;
+        let [.., alpha] = TRANSISTOR;
         let driving = 0.1 * (200.0 * std::f64::consts::PI * t).sin();
         let charging = |c: f64, i: usize| (y_dot[i] - y_dot[i + 1]).times(c);
         let [input, middle, output] = [charging(c1, 0), charging(c3, 3), charging(c5, 6)];
-        let [first, second] = [Self::emitter(y[1] - y[2]), Self::emitter(y[4] - y[5])];
+        let [first, second] = [emitter(y[1] - y[2]), emitter(y[4] - y[5])];
         residual[0] = (S::from(driving) - y[0]).times(1.0 / r0) - input;
         residual[1] = input + (supply - y[1].times(2.0)).times(1.0 / r) - first.times(1.0 - alpha);
         residual[2] = first - y[2].times(1.0 / r) - y_dot[2].times(c2);
@@ -213,20 +191,12 @@ impl Equations for TwoStageAmplifier {
         residual[7] = output - y[7].times(1.0 / r);
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        vec![VariableKind::Differential; 8]
-    }
-
-    fn indices(&self) -> Vec<u8> {
-        vec![1; 8]
-    }
-
     /// Returns a state in which no current flows through the transistors and the coupling capacitors. The derivatives
     /// of the three hidden equations determine the other values.
     fn start(&self) -> Start {
         let (supply, [r0, r]) = (Self::SUPPLY, Self::RESISTORS);
         let [_, c2, _, c4, _] = Self::CAPACITORS;
-        let [saturation, thermal, alpha] = Self::TRANSISTOR;
+        let [saturation, thermal, alpha] = TRANSISTOR;
         let slope = saturation / thermal;
         let base_slope = (1.0 - alpha) * slope;
         let half = supply / 2.0;
@@ -265,11 +235,6 @@ impl CapacitorLoop {
     /// I_s (A) and U_T (V).
     const DIODE: [f64; 2] = [1e-6, 0.1];
 
-    fn diode<S: Differentiable>(u: S) -> S {
-        let [saturation, thermal] = Self::DIODE;
-        (u.times(1.0 / thermal).exp() - S::from(1.0)).times(saturation)
-    }
-
     /// Returns q̇(u) for a voltage u and its derivative.
     fn charging<S: Differentiable>(u: S, rate: S) -> S {
         let [_, c2, c3] = Self::CAPACITORS;
@@ -298,16 +263,15 @@ impl Equations for CapacitorLoop {
 
     fn residual<S: Differentiable>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
         let (u, rate) = Self::voltages(t);
-        let source = Self::diode(u[1]) - Self::charging(u[0] - u[1], rate[0] - rate[1]);
+        let source = diode(Self::DIODE, u[1]) - Self::charging(u[0] - u[1], rate[0] - rate[1]);
         let charging = Self::charging(y[0] - y[1], y_dot[0] - y_dot[1]);
         residual[0] = y[0] - S::from(u[0]);
         residual[1] = y[2] + y_dot[0].times(Self::CAPACITORS[0]) + charging;
-        residual[2] = Self::diode(y[1]) - charging - S::from(source);
+        residual[2] = diode(Self::DIODE, y[1]) - charging - S::from(source);
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        use VariableKind::{Algebraic, Differential};
-        vec![Differential, Differential, Algebraic]
+    fn n_differential(&self) -> usize {
+        2
     }
 
     fn indices(&self) -> Vec<u8> {

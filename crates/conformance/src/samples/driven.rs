@@ -3,7 +3,6 @@
 use super::Start;
 use super::dual::Differentiable;
 use super::equations::Equations;
-use myovib_dae::VariableKind;
 
 /// Three relaxation equations with the rates 1, 10³ and 10⁶, whose unknowns follow signals with the frequencies 1, 5
 /// and 20. An algebraic unknown depends on these unknowns.
@@ -46,14 +45,8 @@ impl Equations for TimeScales {
         residual[3] = y[3] + y[3] * y[3] * y[3] - sum;
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        let mut kinds = vec![VariableKind::Differential; 3];
-        kinds.push(VariableKind::Algebraic);
-        kinds
-    }
-
-    fn indices(&self) -> Vec<u8> {
-        vec![1; 4]
+    fn n_differential(&self) -> usize {
+        3
     }
 
     fn start(&self) -> Start {
@@ -135,13 +128,8 @@ impl Equations for Pulses {
         residual[2] = y[2] + y[2] * y[2] * y[2] - y[1];
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        use VariableKind::{Algebraic, Differential};
-        vec![Differential, Differential, Algebraic]
-    }
-
-    fn indices(&self) -> Vec<u8> {
-        vec![1; 3]
+    fn n_differential(&self) -> usize {
+        2
     }
 
     fn start(&self) -> Start {

@@ -12,11 +12,15 @@ pub trait Equations {
     /// Evaluates F(t, y, ẏ) into `residual`.
     fn residual<S: Differentiable>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]);
 
-    /// Returns the kind of each variable.
-    fn kinds(&self) -> Vec<VariableKind>;
+    /// Returns the number of differential variables, which precede the algebraic variables.
+    fn n_differential(&self) -> usize {
+        self.n_unknowns()
+    }
 
     /// Returns the perturbation index of each variable.
-    fn indices(&self) -> Vec<u8>;
+    fn indices(&self) -> Vec<u8> {
+        vec![1; self.n_unknowns()]
+    }
 
     /// Returns consistent initial values.
     fn start(&self) -> Start;
@@ -91,7 +95,9 @@ impl<E: Equations> Problem for Differentiated<E> {
     }
 
     fn kinds(&self) -> Option<Vec<VariableKind>> {
-        Some(self.equations.kinds())
+        let mut kinds = vec![VariableKind::Differential; self.equations.n_differential()];
+        kinds.resize(self.equations.n_unknowns(), VariableKind::Algebraic);
+        Some(kinds)
     }
 
     fn indices(&self) -> Option<Vec<u8>> {

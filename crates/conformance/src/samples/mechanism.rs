@@ -3,7 +3,6 @@
 use super::dual::{Differentiable, Dual};
 use super::equations::Equations;
 use super::{MechanicalForm, Start};
-use myovib_dae::VariableKind;
 
 /// Mechanical system M(q) q̈ = f(q, q̇) − G(q)ᵀ λ with the constraints g(q) = 0, where G = ∂g/∂q.
 pub trait Mechanism {
@@ -159,10 +158,8 @@ impl<M: Mechanism> Equations for Constrained<M> {
         }
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        let mut kinds = vec![VariableKind::Differential; 2 * self.mechanism.n_positions()];
-        kinds.resize(self.n_unknowns(), VariableKind::Algebraic);
-        kinds
+    fn n_differential(&self) -> usize {
+        2 * self.mechanism.n_positions()
     }
 
     fn indices(&self) -> Vec<u8> {

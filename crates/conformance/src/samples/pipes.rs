@@ -1,7 +1,6 @@
 use super::Start;
 use super::dual::Differentiable;
 use super::equations::Equations;
-use myovib_dae::VariableKind;
 
 /// Two tanks that supply three junctions through a network of pipes.
 ///
@@ -83,11 +82,8 @@ impl Equations for Pipes {
         }
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        let n_differential = if self.inertia { 8 } else { 2 };
-        let mut kinds = vec![VariableKind::Differential; n_differential];
-        kinds.resize(11, VariableKind::Algebraic);
-        kinds
+    fn n_differential(&self) -> usize {
+        if self.inertia { 8 } else { 2 }
     }
 
     fn indices(&self) -> Vec<u8> {

@@ -4,7 +4,6 @@ use super::Start;
 use super::dual::Differentiable;
 use super::equations::Equations;
 use super::mechanism::Mechanism;
-use myovib_dae::VariableKind;
 
 /// Gravity, m/s².
 const G: f64 = 9.81;
@@ -159,10 +158,8 @@ impl Equations for Skate {
         residual[6] = y[3] * sin - y[4] * cos;
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        let mut kinds = vec![VariableKind::Differential; 6];
-        kinds.push(VariableKind::Algebraic);
-        kinds
+    fn n_differential(&self) -> usize {
+        6
     }
 
     fn indices(&self) -> Vec<u8> {

@@ -1,9 +1,9 @@
 //! Switching circuits: diodes that block, gates driven by pulses, and a pump whose current jumps.
 
 use super::Start;
+use super::circuits::diode;
 use super::dual::Differentiable;
 use super::equations::Equations;
-use myovib_dae::VariableKind;
 
 /// Piecewise linear signal through the points (t, value). The signal is constant before the first and after the last
 /// point.
@@ -24,11 +24,6 @@ impl Polyline {
     fn breakpoints(self) -> Vec<f64> {
         self.0.iter().map(|point| point.0).collect()
     }
-}
-
-/// Returns the current of a diode, I_s (exp(u/U_T) − 1).
-fn diode<S: Differentiable>([saturation, thermal]: [f64; 2], u: S) -> S {
-    (u.times(1.0 / thermal).exp() - S::from(1.0)).times(saturation)
 }
 
 /// A bridge of four diodes between an inductive source and a smoothed load.
@@ -80,13 +75,8 @@ impl Equations for Bridge {
         residual[3] = i + back_to_p - back_from_earth;
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        use VariableKind::{Algebraic, Differential};
-        vec![Differential, Differential, Algebraic, Algebraic]
-    }
-
-    fn indices(&self) -> Vec<u8> {
-        vec![1; 4]
+    fn n_differential(&self) -> usize {
+        2
     }
 
     fn start(&self) -> Start {
@@ -163,14 +153,8 @@ impl Equations for Inverters {
         }
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        let mut kinds = vec![VariableKind::Differential; 4];
-        kinds.push(VariableKind::Algebraic);
-        kinds
-    }
-
-    fn indices(&self) -> Vec<u8> {
-        vec![1; 5]
+    fn n_differential(&self) -> usize {
+        4
     }
 
     fn start(&self) -> Start {
@@ -240,9 +224,8 @@ impl Equations for Pump {
         residual[2] = diode(Self::DIODE, y[1]) + y[1].times(1.0 / Self::LOAD) - charging;
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        use VariableKind::{Algebraic, Differential};
-        vec![Differential, Differential, Algebraic]
+    fn n_differential(&self) -> usize {
+        2
     }
 
     fn indices(&self) -> Vec<u8> {

@@ -49,12 +49,8 @@ impl Equations for Rectifier {
         residual[2] = y[2] - current;
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        vec![VariableKind::Differential, VariableKind::Algebraic, VariableKind::Algebraic]
-    }
-
-    fn indices(&self) -> Vec<u8> {
-        vec![1; 3]
+    fn n_differential(&self) -> usize {
+        1
     }
 
     fn start(&self) -> Start {
