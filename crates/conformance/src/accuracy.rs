@@ -9,11 +9,6 @@ use myovib_dae::{ConsistencyMode, Integrator, Outcome};
 /// or more.
 const ADDED_UP: f64 = 300.0;
 
-fn circle<M: Method>(method: &M, problem: Circle) -> M::Integrator {
-    let (y, y_dot) = Circle::start();
-    method.build(Request::new(problem, 0.0, &y, &y_dot))
-}
-
 fn error(y: &[f64], exact: &[f64]) -> f64 {
     let errors = y.iter().zip(exact).map(|(y, e)| (y - e).abs());
     errors.fold(0.0, f64::max)
@@ -21,7 +16,7 @@ fn error(y: &[f64], exact: &[f64]) -> f64 {
 
 /// Checks that problems of index 0 and 1 are solved to their tolerance.
 pub fn solves_exact_problems_to_tolerance<M: Method>(method: &M) {
-    let mut solver = circle(method, Circle::new());
+    let mut solver = method.build(Circle::new().request());
     for t in [0.1, 3.0, 10.0] {
         assert_eq!(solver.integrate_to(t).unwrap(), Outcome::Reached { t });
         let off = error(solver.y(), &Circle::exact(t));
@@ -38,10 +33,9 @@ pub fn solves_exact_problems_to_tolerance<M: Method>(method: &M) {
 
 /// Checks that the tolerances r and a lead to nearly as many steps as the error weights 1/(r |y| + a).
 pub fn treats_tolerances_as_error_weights<M: Method>(method: &M) {
-    let (y, y_dot) = Circle::start();
     let factor = method.weight_factor(RELATIVE);
     let steps = |is_weighted: bool| {
-        let mut request = Request::new(Circle::new(), 0.0, &y, &y_dot);
+        let mut request = Circle::new().request();
         if is_weighted {
             request.weights = Some(Box::new(move |_, y, weights| {
                 for (weight, y) in weights.iter_mut().zip(y) {
@@ -66,8 +60,8 @@ pub fn treats_tolerances_as_error_weights<M: Method>(method: &M) {
 /// Checks that the number of steps is nearly unchanged if the problem provides only a residual, and neither a Jacobian
 /// nor the kinds and indices of variables.
 pub fn works_without_jacobian_kinds_and_indices<M: Method>(method: &M) {
-    let mut with = circle(method, Circle::new());
-    let mut without = circle(method, Circle::without_jacobian());
+    let mut with = method.build(Circle::new().request());
+    let mut without = method.build(Circle::without_jacobian().request());
     for solver in [&mut with, &mut without] {
         solver.integrate_to(5.0).unwrap();
         let off = error(solver.y(), &Circle::exact(5.0));

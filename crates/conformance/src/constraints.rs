@@ -97,8 +97,7 @@ pub fn rejects_a_search_for_index_1_at_a_higher_index<M: Method>(method: &M) {
 
 /// Checks that missing or wrong constraints are rejected.
 pub fn rejects_missing_or_wrong_constraints<M: Method>(method: &M) {
-    let (y, y_dot) = Circle::start();
-    let mut solver = method.build(Request::new(Circle::new(), 0.0, &y, &y_dot));
+    let mut solver = method.build(Circle::new().request());
     let mode = ConsistencyMode::Constraints;
     let error = solver.correct_initial_values(mode, 1.0).unwrap_err();
     let printed = error.to_string();

@@ -3,13 +3,8 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::problems::Circle;
-use super::{AnyProblem, Method, Request, assert_stop, stopped};
+use super::{Method, Request, assert_stop, roots, stopped};
 use myovib_dae::{Direction, Integrator, Outcome, StepError, StopReason};
-
-fn request(problem: Circle) -> Request {
-    let (y, y_dot) = Circle::start();
-    Request::new(problem, 0.0, &y, &y_dot)
-}
 
 fn recoverable(message: &str) -> StepError {
     StepError::Recoverable(message.to_owned())
@@ -30,7 +25,7 @@ pub fn recovers_from_recoverable_errors<M: Method>(method: &M) {
                 false => Err(recoverable("too far")),
             }
         });
-        let mut solver = method.build(Request { initial_step: Some(1e-3), ..request(problem) });
+        let mut solver = method.build(Request { initial_step: Some(1e-3), ..problem.request() });
         solver.step(1.0).unwrap();
         let statistics = solver.statistics();
         assert!(statistics.last_step < 1e-3, "{statistics:?}");
@@ -74,7 +69,7 @@ pub fn names_the_function_that_failed<M: Method>(method: &M) {
         (jacobian(0.0), StopReason::JacobianFailed, "a wall"),
         (jacobian(f64::NAN), StopReason::JacobianFailed, "Jacobian[0] = NaN"),
     ] {
-        let mut solver = method.build(request(problem));
+        let mut solver = method.build(problem.request());
         let stop = stopped(solver.integrate_to(10.0).unwrap());
         assert_stop(&stop, reason, printed);
         // The reported state is the last accepted state.
@@ -94,7 +89,7 @@ pub fn stops_before_a_wall<M: Method>(method: &M) {
         true => Err(recoverable("a wall")),
         false => Ok(0.0),
     });
-    let mut solver = method.build(request(problem));
+    let mut solver = method.build(problem.request());
     let stop = stopped(solver.integrate_to(1.0).unwrap());
     assert_stop(&stop, StopReason::StepTooSmall, "a wall");
     assert!(stop.t <= 0.5 && stop.t > 0.5 - 1e-9, "{stop}");
@@ -112,7 +107,7 @@ pub fn returns_fatal_errors<M: Method>(method: &M) {
         if calls > 1 { Err(fatal()) } else { Ok(0.0) }
     });
     for (problem, function) in [(residual, "residual"), (jacobian, "Jacobian")] {
-        let mut solver = method.build(request(problem));
+        let mut solver = method.build(problem.request());
         let error = solver.integrate_to(1.0).unwrap_err().to_string();
         let printed = format!("the {function} failed at t = ");
         assert!(error.starts_with(&printed), "{error}");
@@ -123,7 +118,7 @@ pub fn returns_fatal_errors<M: Method>(method: &M) {
 /// Checks that the message of a failure at a jump suggests a remedy, and that this remedy works.
 pub fn names_a_remedy_for_a_jump<M: Method>(method: &M) {
     let problem = Circle::with_residual(|t| Ok(if t >= 0.5 { -30.0 } else { 0.0 }));
-    let mut solver = method.build(Request { min_step: 1e-5, ..request(problem) });
+    let mut solver = method.build(Request { min_step: 1e-5, ..problem.request() });
     let printed = stopped(solver.integrate_to(1.0).unwrap()).to_string();
     assert!(printed.contains("jumps") && printed.contains("reinit"), "{printed}");
     let (y, mut y_dot) = (solver.y().to_vec(), solver.y_dot().to_vec());
@@ -140,7 +135,7 @@ pub fn stops_at_the_smallest_step<M: Method>(method: &M) {
     // The error test detects a jump of this size in ẋ at any step size.
     let problem = Circle::with_residual(|t| Ok(if t > 0.5 { 1e9 } else { 0.0 }));
     let mut solver =
-        method.build(Request { min_step: 1e-4, initial_step: Some(1e-3), ..request(problem) });
+        method.build(Request { min_step: 1e-4, initial_step: Some(1e-3), ..problem.request() });
     let stop = stopped(solver.integrate_to(1.0).unwrap());
     assert_eq!(stop.reason, StopReason::StepTooSmall, "{stop}");
     assert!(stop.t <= 0.5 + 1e-4, "{stop}");
@@ -164,7 +159,7 @@ pub fn keeps_statistics_if_a_weight_becomes_invalid<M: Method>(method: &M) {
                 }
             })),
             max_step: Some(0.05),
-            ..request(Circle::new())
+            ..Circle::new().request()
         });
         let stop = stopped(solver.integrate_to(1.0).unwrap());
         let printed = match fails {
@@ -183,18 +178,15 @@ pub fn keeps_a_consistent_state_if_a_root_function_fails<M: Method>(method: &M) 
     for at in [0.0, 0.5] {
         for fatal in [false, true] {
             let mut solver = method.build(Request {
-                roots: Some((
-                    vec![Direction::Both],
-                    Box::new(move |_: &mut AnyProblem, t, _: &[f64], _: &[f64], g: &mut [f64]| {
-                        g[0] = 1.0;
-                        match t >= at {
-                            true if fatal => Err(StepError::Fatal("disk on fire".into())),
-                            true => Err(recoverable("no root")),
-                            false => Ok(()),
-                        }
-                    }),
-                )),
-                ..request(Circle::new())
+                roots: roots(&[Direction::Both], move |t, _, g| {
+                    g[0] = 1.0;
+                    match t >= at {
+                        true if fatal => Err(StepError::Fatal("disk on fire".into())),
+                        true => Err(recoverable("no root")),
+                        false => Ok(()),
+                    }
+                }),
+                ..Circle::new().request()
             });
             match solver.integrate_to(1.0) {
                 Ok(outcome) => {
@@ -227,7 +219,7 @@ pub fn propagates_panics<M: Method>(method: &M) {
         }
         Ok(0.0)
     });
-    let mut solver = method.build(request(problem));
+    let mut solver = method.build(problem.request());
     let panic = catch_unwind(AssertUnwindSafe(|| solver.integrate_to(1.0))).unwrap_err();
     assert_eq!(panic.downcast_ref::<&str>(), Some(&"out of paper"));
     let (y, y_dot) = Circle::start();
@@ -242,7 +234,7 @@ pub fn steps_allocate_nothing<M: Method>(
     allocations: impl Fn(&mut dyn FnMut()) -> u64,
 ) {
     for problem in [Circle::new(), Circle::without_jacobian()] {
-        let mut solver = method.build(request(problem));
+        let mut solver = method.build(problem.request());
         // The first steps allocate workspace.
         for _ in 0..20 {
             solver.step(1e3).unwrap();

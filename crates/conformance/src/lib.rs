@@ -75,6 +75,16 @@ pub struct Request {
     pub quadrature: Option<(Vec<f64>, Function)>,
 }
 
+/// Returns root functions g(t, y), and the directions in which they are observed.
+fn roots(
+    directions: &[Direction],
+    mut function: impl FnMut(f64, &[f64], &mut [f64]) -> Result<(), StepError> + Send + 'static,
+) -> Option<(Vec<Direction>, Function)> {
+    let function =
+        move |_: &mut AnyProblem, t: f64, y: &[f64], _: &[f64], g: &mut [f64]| function(t, y, g);
+    Some((directions.to_vec(), Box::new(function)))
+}
+
 impl Request {
     /// Creates a request with the tolerances `RELATIVE` and `ABSOLUTE`.
     pub fn new(problem: impl Problem + 'static, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Self {

@@ -3,13 +3,13 @@
 use std::f64::consts::PI;
 
 use super::problems::Circle;
-use super::{AnyProblem, Method, Request};
+use super::{Method, Request, roots};
 use myovib_dae::{Direction, Integrator, Outcome};
 
 /// Checks that dense output covers exactly the last step, including both of its ends.
 pub fn limits_dense_output_to_the_last_step<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
-    let mut solver = method.build(Request::new(Circle::new(), 0.0, &y, &y_dot));
+    let mut solver = method.build(Circle::new().request());
     let mut out = [0.0; 3];
     // Before the first step, the initial values are available.
     for (derivative, expected) in [(0, y), (1, y_dot)] {
@@ -55,19 +55,15 @@ pub fn limits_dense_output_to_the_last_step<M: Method>(method: &M) {
 /// Checks that events of x = sin t are found at multiples of π, in the right order and with the right directions. After
 /// each event, the integration continues, and it takes the same steps as without events.
 pub fn finds_events_in_order<M: Method>(method: &M) {
-    let (y, y_dot) = Circle::start();
-    let watched = |directions: Vec<Direction>| Request {
-        roots: Some((
-            directions,
-            Box::new(|_: &mut AnyProblem, _, y: &[f64], _: &[f64], g: &mut [f64]| {
-                g.fill(y[0]);
-                Ok(())
-            }),
-        )),
-        ..Request::new(Circle::new(), 0.0, &y, &y_dot)
+    let watched = |directions: &[Direction]| Request {
+        roots: roots(directions, |_, y, g| {
+            g.fill(y[0]);
+            Ok(())
+        }),
+        ..Circle::new().request()
     };
-    let all = vec![Direction::Falling, Direction::Rising, Direction::Both];
-    let mut solver = method.build(watched(all));
+    let all = [Direction::Falling, Direction::Rising, Direction::Both];
+    let mut solver = method.build(watched(&all));
     for k in 1..4 {
         let outcome = solver.integrate_to(10.0).unwrap();
         let Outcome::Root { t, crossings } = outcome else {
@@ -83,9 +79,9 @@ pub fn finds_events_in_order<M: Method>(method: &M) {
     }
     let outcome = solver.integrate_to(10.0).unwrap();
     assert_eq!(outcome, Outcome::Reached { t: 10.0 });
-    let mut unwatched = method.build(Request::new(Circle::new(), 0.0, &y, &y_dot));
+    let mut unwatched = method.build(Circle::new().request());
     unwatched.step(10.0).unwrap();
-    let mut again = method.build(watched(vec![Direction::Both]));
+    let mut again = method.build(watched(&[Direction::Both]));
     again.step(10.0).unwrap();
     assert_eq!(again.y(), unwatched.y());
 }
@@ -93,7 +89,6 @@ pub fn finds_events_in_order<M: Method>(method: &M) {
 /// Checks functions that stay at zero for some time: an event is reported when a function reaches zero, but not when it
 /// leaves zero. The functions are clipped at zero from above or from below, or are zero from t = 2 to t = 3.
 pub fn finds_events_where_a_root_function_becomes_zero<M: Method>(method: &M) {
-    let (y, y_dot) = Circle::start();
     let between = |t: f64| (t - 2.0).min(0.0) + (t - 3.0).max(0.0);
     type Function = fn(f64) -> f64;
     let functions: [(Function, f64, i32); 4] = [
@@ -104,14 +99,11 @@ pub fn finds_events_where_a_root_function_becomes_zero<M: Method>(method: &M) {
     ];
     for (function, expected, crossing) in functions {
         let mut solver = method.build(Request {
-            roots: Some((
-                vec![Direction::Both],
-                Box::new(move |_: &mut AnyProblem, t, _: &[f64], _: &[f64], g: &mut [f64]| {
-                    g[0] = function(t);
-                    Ok(())
-                }),
-            )),
-            ..Request::new(Circle::new(), 0.0, &y, &y_dot)
+            roots: roots(&[Direction::Both], move |t, _, g| {
+                g[0] = function(t);
+                Ok(())
+            }),
+            ..Circle::new().request()
         });
         let outcome = solver.integrate_to(5.0).unwrap();
         let Outcome::Root { t, crossings } = outcome else {
@@ -128,16 +120,12 @@ pub fn finds_events_where_a_root_function_becomes_zero<M: Method>(method: &M) {
 /// Checks that the state may be changed at an event. With a reflection at x = 0, the solution is x = |sin t|. It
 /// returns to zero after half a period, and the state after the restart is not reported as an event.
 pub fn restarts_after_an_event<M: Method>(method: &M) {
-    let (y, y_dot) = Circle::start();
     let mut solver = method.build(Request {
-        roots: Some((
-            vec![Direction::Falling],
-            Box::new(|_: &mut AnyProblem, _, y: &[f64], _: &[f64], g: &mut [f64]| {
-                g[0] = y[0];
-                Ok(())
-            }),
-        )),
-        ..Request::new(Circle::new(), 0.0, &y, &y_dot)
+        roots: roots(&[Direction::Falling], |_, y, g| {
+            g[0] = y[0];
+            Ok(())
+        }),
+        ..Circle::new().request()
     });
     for k in 1..4 {
         let outcome = solver.integrate_to(20.0).unwrap();
@@ -158,7 +146,7 @@ pub fn restarts_after_an_event<M: Method>(method: &M) {
 /// Checks that a request for quadratures that were not set up is rejected with a clear message.
 pub fn reports_missing_quadratures<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
-    let mut solver = method.build(Request::new(Circle::new(), 0.0, &y, &y_dot));
+    let mut solver = method.build(Circle::new().request());
     solver.step(1.0).unwrap();
     assert_eq!(solver.n_quadratures(), 0);
     let t = solver.t();

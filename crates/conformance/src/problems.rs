@@ -3,6 +3,7 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
+use super::Request;
 use myovib_dae::{Problem, StepError};
 
 /// Function that returns a perturbation, which is added to a value of [`Circle`], or a failure.
@@ -51,6 +52,12 @@ impl Circle {
 
     pub(super) fn start() -> ([f64; 3], [f64; 3]) {
         ([0.0, 1.0, 1.0], [1.0, 0.0, 0.0])
+    }
+
+    /// Returns a request for the solution from t = 0.
+    pub(super) fn request(self) -> Request {
+        let (y, y_dot) = Self::start();
+        Request::new(self, 0.0, &y, &y_dot)
     }
 
     pub(super) fn exact(t: f64) -> [f64; 3] {

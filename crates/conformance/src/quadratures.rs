@@ -12,15 +12,11 @@ fn exact(t: f64) -> [f64; 3] {
 }
 
 fn request() -> Request {
-    let (y, y_dot) = Circle::start();
     let integrand = |_: &mut AnyProblem, t: f64, y: &[f64], v: &[f64], g: &mut [f64]| {
         g.copy_from_slice(&[y[0], v[0] * v[0], y[2] * t]);
         Ok(())
     };
-    Request {
-        quadrature: Some((START.to_vec(), Box::new(integrand))),
-        ..Request::new(Circle::new(), 0.0, &y, &y_dot)
-    }
+    Request { quadrature: Some((START.to_vec(), Box::new(integrand))), ..Circle::new().request() }
 }
 
 /// Checks quadratures of the solution, its derivative, algebraic variables and the time. Their values and derivatives
@@ -31,7 +27,7 @@ pub fn integrates_quadratures_with_the_solution<M: Method>(method: &M) {
     assert_eq!(solver.n_quadratures(), START.len());
     let mut q = [0.0; 3];
     let (y, y_dot) = Circle::start();
-    let mut alone = method.build(Request::new(Circle::new(), 0.0, &y, &y_dot));
+    let mut alone = method.build(Circle::new().request());
     for _ in 0..20 {
         solver.step(1e3).unwrap();
         alone.step(1e3).unwrap();
@@ -68,7 +64,6 @@ pub fn integrates_quadratures_with_the_solution<M: Method>(method: &M) {
 /// Checks that the integration stops and reports the reason if the integrand fails in every call after a certain
 /// number, and that a fatal error of the integrand is returned.
 pub fn stops_if_a_quadrature_fails<M: Method>(method: &M) {
-    let (y, y_dot) = Circle::start();
     let spoiled = |error: fn() -> StepError| {
         let mut calls = 0;
         let integrand = move |_: &mut AnyProblem, _: f64, _: &[f64], _: &[f64], g: &mut [f64]| {
@@ -76,10 +71,7 @@ pub fn stops_if_a_quadrature_fails<M: Method>(method: &M) {
             g[0] = 1.0;
             if calls > 30 { Err(error()) } else { Ok(()) }
         };
-        Request {
-            quadrature: Some((vec![0.0], Box::new(integrand))),
-            ..Request::new(Circle::new(), 0.0, &y, &y_dot)
-        }
+        Request { quadrature: Some((vec![0.0], Box::new(integrand))), ..Circle::new().request() }
     };
     let no_table = || StepError::Recoverable("beyond the table".to_owned());
     let mut solver = method.build(spoiled(no_table));

@@ -1,7 +1,7 @@
 //! Tests of the initial values of an integration.
 
 use super::problems::Circle;
-use super::{AnyProblem, Method, Request, stopped};
+use super::{AnyProblem, Method, Request, roots, stopped};
 use crate::samples::{MechanicalForm, Pendulum};
 use myovib_dae::{
     ConsistencyMode, Direction, Integrator, Outcome, Problem, StepError, Suppressed, Tolerances,
@@ -143,20 +143,16 @@ pub fn rejects_initial_values_that_violate_stated_constraints<M: Method>(method:
 /// Checks that the values at a root are accepted as initial values, although dense output is less accurate than the
 /// values at the ends of steps.
 pub fn accepts_the_values_at_an_event_as_initial_values<M: Method>(method: &M) {
-    let (y, y_dot) = Circle::start();
     let tolerances = [1e-2, 1e-4, 1e-6, 1e-9];
     let levels = [-0.9, -0.3, 0.2, 0.6];
     for (tolerance, level) in tolerances.iter().flat_map(|t| levels.map(|l| (*t, l))) {
         let mut solver = method.build(Request {
             tolerances: Tolerances::scalar(tolerance, tolerance),
-            roots: Some((
-                vec![Direction::Both],
-                Box::new(move |_: &mut AnyProblem, _, y: &[f64], _: &[f64], g: &mut [f64]| {
-                    g[0] = y[0] - level;
-                    Ok(())
-                }),
-            )),
-            ..Request::new(Circle::new(), 0.0, &y, &y_dot)
+            roots: roots(&[Direction::Both], move |_, y, g| {
+                g[0] = y[0] - level;
+                Ok(())
+            }),
+            ..Circle::new().request()
         });
         for _ in 0..3 {
             let outcome = solver.integrate_to(30.0).unwrap();

@@ -6,14 +6,9 @@ use super::problems::Circle;
 use super::{Method, Request, stopped};
 use myovib_dae::{ConsistencyMode, Integrator, Outcome, StopReason};
 
-fn request() -> Request {
-    let (y, y_dot) = Circle::start();
-    Request::new(Circle::new(), 0.0, &y, &y_dot)
-}
-
 /// Checks that steps advance the time, that output times are reached exactly, and that t, y and ẏ are consistent.
 pub fn reaches_output_times_exactly_with_consistent_values<M: Method>(method: &M) {
-    let mut solver = method.build(request());
+    let mut solver = method.build(Circle::new().request());
     assert_eq!((solver.t(), solver.last_step_interval()), (0.0, [0.0, 0.0]));
     let mut t = 0.0;
     for _ in 0..5 {
@@ -37,7 +32,7 @@ pub fn reaches_output_times_exactly_with_consistent_values<M: Method>(method: &M
 
 /// Checks that non-finite times and times before the current time are rejected as misuse.
 pub fn rejects_past_times_and_non_finite_values<M: Method>(method: &M) {
-    let mut solver = method.build(request());
+    let mut solver = method.build(Circle::new().request());
     solver.integrate_to(1.0).unwrap();
     for t in [0.5, f64::NAN, f64::INFINITY] {
         let printed = if t == 0.5 { "t = 1" } else { "finite" };
@@ -62,7 +57,7 @@ pub fn rejects_past_times_and_non_finite_values<M: Method>(method: &M) {
 /// Checks calls in which the output time is the current time. `integrate_to` takes no step. A first step and the
 /// correction of initial values reject this output time, because they require a direction and a time scale.
 pub fn handles_an_output_time_equal_to_the_current_time<M: Method>(method: &M) {
-    let mut solver = method.build(request());
+    let mut solver = method.build(Circle::new().request());
     let reached = |t| Outcome::Reached { t };
     assert_eq!(solver.integrate_to(0.0).unwrap(), reached(0.0));
     assert!(solver.step(0.0).is_err());
@@ -77,7 +72,7 @@ pub fn handles_an_output_time_equal_to_the_current_time<M: Method>(method: &M) {
 
 /// Checks that a stop time is reached exactly and is then cleared.
 pub fn applies_a_stop_time_once<M: Method>(method: &M) {
-    let mut solver = method.build(Request { stop_time: Some(0.7), ..request() });
+    let mut solver = method.build(Request { stop_time: Some(0.7), ..Circle::new().request() });
     let mut outcome = solver.step(2.0).unwrap();
     while let Outcome::StepTaken { t } = outcome {
         assert!(t < 0.7);
@@ -111,7 +106,8 @@ pub fn applies_a_stop_time_once<M: Method>(method: &M) {
 /// Checks that the limit on the number of steps applies to each call of `integrate_to` separately, and that it does not
 /// apply to `step`.
 pub fn limits_the_steps_of_each_call<M: Method>(method: &M) {
-    let limited = || Request { max_steps: Some(3), max_step: Some(0.01), ..request() };
+    let limited =
+        || Request { max_steps: Some(3), max_step: Some(0.01), ..Circle::new().request() };
     let mut solver = method.build(limited());
     for calls in 1..4 {
         let stop = stopped(solver.integrate_to(1.0).unwrap());
@@ -129,9 +125,9 @@ pub fn limits_the_steps_of_each_call<M: Method>(method: &M) {
 /// functions.
 pub fn a_restart_equals_a_new_integrator<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
-    let mut fresh = method.build(request());
+    let mut fresh = method.build(Circle::new().request());
     fresh.integrate_to(3.0).unwrap();
-    let mut used = method.build(request());
+    let mut used = method.build(Circle::new().request());
     used.integrate_to(1.7).unwrap();
     used.reinit(0.0, &y, &y_dot, &[]).unwrap();
     assert_eq!((used.t(), used.y(), used.y_dot()), (0.0, &y[..], &y_dot[..]));
@@ -153,9 +149,8 @@ pub fn a_restart_equals_a_new_integrator<M: Method>(method: &M) {
 /// and sizes of steps are correct.
 pub fn counts_steps_and_evaluations<M: Method>(method: &M) {
     for problem in [Circle::new(), Circle::without_jacobian()] {
-        let (y, y_dot) = Circle::start();
         let (has_jacobian, calls) = (problem.has_jacobian, Rc::clone(&problem.calls));
-        let mut solver = method.build(Request::new(problem, 0.0, &y, &y_dot));
+        let mut solver = method.build(problem.request());
         let (residuals, jacobians) = (calls.residuals.get(), calls.jacobians.get());
         let mut steps = 0;
         let mut first = 0.0;
