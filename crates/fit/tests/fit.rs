@@ -23,14 +23,19 @@ impl<F: FnMut(&[f64], &mut [f64]) -> Result<(), Failed>> Model for Of<F> {
     }
 }
 
-/// Returns the model of the straight line a + b x through the given points.
-fn line(points: &[(f64, f64)]) -> impl Model {
+/// Returns the model of a curve y = f(p, x) through the given points.
+fn curve(points: &[(f64, f64)], f: impl Fn(&[f64], f64) -> f64) -> impl Model {
     Of(points.len(), move |p: &[f64], out: &mut [f64]| {
         for (out, (x, y)) in out.iter_mut().zip(points) {
-            *out = p[0] + p[1] * x - y;
+            *out = f(p, *x) - y;
         }
         Ok(())
     })
+}
+
+/// Returns the model of the straight line a + b x through the given points.
+fn line(points: &[(f64, f64)]) -> impl Model {
+    curve(points, |p, x| p[0] + p[1] * x)
 }
 
 fn parameters<const N: usize>(starts: [f64; N]) -> [Parameter; N] {
@@ -113,12 +118,8 @@ fn outliers_move_a_robust_fit_less() {
 /// Checks a model in which only the sum of the parameters has an effect.
 #[test]
 fn undetermined_directions_are_returned() {
-    let mut model = Of(5, |p: &[f64], out: &mut [f64]| {
-        for (k, out) in out.iter_mut().enumerate() {
-            *out = (p[0] + p[1]) * k as f64 - 3.0 * k as f64;
-        }
-        Ok(())
-    });
+    let points = [0.0, 1.0, 2.0, 3.0, 4.0].map(|x| (x, 3.0 * x));
+    let mut model = curve(&points, |p, x| (p[0] + p[1]) * x);
     let fitted = fit(&mut model, &parameters([1.0, 1.0]), &Options::default()).unwrap();
     assert!((fitted.values[0] + fitted.values[1] - 3.0).abs() < 1e-7);
     let identifiability = fitted.identifiability();
@@ -132,12 +133,7 @@ fn undetermined_directions_are_returned() {
 /// Checks that the second of three parameters, which has no effect, does not change the results of the others.
 #[test]
 fn a_parameter_without_effect_does_not_change_the_others() {
-    let mut model = Of(POINTS.len(), |p: &[f64], out: &mut [f64]| {
-        for (out, (x, y)) in out.iter_mut().zip(POINTS) {
-            *out = p[0] + p[2] * x - y;
-        }
-        Ok(())
-    });
+    let mut model = curve(&POINTS, |p, x| p[0] + p[2] * x);
     let options = Options::default();
     let fitted = fit(&mut model, &parameters([0.0, 5.0, 0.0]), &options).unwrap();
     let without = fit(&mut line(&POINTS), &parameters([0.0, 0.0]), &options).unwrap();
@@ -209,18 +205,19 @@ fn a_failed_trial_is_a_step_back() {
     assert!((fitted.values[0] - 0.81).abs() < 1e-6, "{:?}", fitted.values);
 }
 
+/// Returns the model of the decay a exp(−k t) through noisy points. Its relative error is `off`.
+fn noisy_decay(off: f64) -> impl Model {
+    const POINTS: [(f64, f64); 5] =
+        [(0.0, 1.0), (1.0, 0.63), (2.0, 0.35), (3.0, 0.24), (4.0, 0.11)];
+    curve(&POINTS, move |p, t| (1.0 + off) * p[0] * (-p[1] * t).exp())
+}
+
 /// Checks that a fit of exp(−k t) to noisy points stops earlier if the offset is larger, and that the offset bounds the
 /// distance from the minimum. If the linearized residuals change by √n s times the offset, no parameter changes by more
 /// than √n times the offset in units of its standard error.
 #[test]
 fn a_fit_stops_when_further_steps_are_within_the_noise() {
-    let y = [1.0, 0.63, 0.35, 0.24, 0.11];
-    let mut decay = Of(y.len(), |p: &[f64], out: &mut [f64]| {
-        for (k, (out, y)) in out.iter_mut().zip(y).enumerate() {
-            *out = p[0] * (-p[1] * k as f64).exp() - y;
-        }
-        Ok(())
-    });
+    let mut decay = noisy_decay(0.0);
     let start = parameters([3.0, 2.0]);
     let least = fit(&mut decay, &start, &Options::default()).unwrap();
     let errors = least.uncertainty().unwrap().standard_errors;
@@ -242,21 +239,12 @@ fn a_fit_stops_when_further_steps_are_within_the_noise() {
 /// agree with a direct fit. One evaluation of the derivatives is sufficient, because the first step already converges.
 #[test]
 fn a_rough_fit_is_refined() {
-    let y = [1.0, 0.63, 0.35, 0.24, 0.11];
-    let decay = |off: f64| {
-        Of(y.len(), move |p: &[f64], out: &mut [f64]| {
-            for (k, (out, y)) in out.iter_mut().zip(y).enumerate() {
-                *out = (1.0 + off) * p[0] * (-p[1] * k as f64).exp() - y;
-            }
-            Ok(())
-        })
-    };
     let start = parameters([3.0, 2.0]);
     let options = Options { offset: 1e-2, ..Options::default() };
-    let rough = fit(&mut decay(1e-3), &start, &options).unwrap();
+    let rough = fit(&mut noisy_decay(1e-3), &start, &options).unwrap();
     let mut go_on = |_: &_| ControlFlow::Continue(());
-    let refined = refine(&mut decay(0.0), &start, &rough, &options, &mut go_on).unwrap();
-    let direct = fit(&mut decay(0.0), &start, &Options::default()).unwrap();
+    let refined = refine(&mut noisy_decay(0.0), &start, &rough, &options, &mut go_on).unwrap();
+    let direct = fit(&mut noisy_decay(0.0), &start, &Options::default()).unwrap();
     assert!(refined.is_converged());
     assert_eq!((refined.evaluations, refined.history.len()), (2, 1));
     let errors = direct.uncertainty().unwrap().standard_errors;
