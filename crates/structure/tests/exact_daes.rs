@@ -4,10 +4,9 @@
 //! example 7 (index 2). C: the pendulum in Cartesian coordinates (index 3), and the pendulum with its constraint
 //! differentiated once and twice.
 
-use myovib_dae::{Problem, StepError, VariableKind};
+use myovib_dae::{Problem, StepError};
 use myovib_structure::{Index, Pencil, PencilStructure, StructureError};
 use nalgebra::DMatrix;
-use nalgebra_sparse::pattern::SparsityPattern;
 
 /// A dense system, given by its residual. The residual is a polynomial of degree at most four in y and ẏ.
 struct Dense<F> {
@@ -23,13 +22,6 @@ impl<F: Fn(f64, &[f64], &[f64]) -> Vec<f64>> Problem for Dense<F> {
     fn residual(&mut self, t: f64, y: &[f64], yp: &[f64], r: &mut [f64]) -> Result<(), StepError> {
         r.copy_from_slice(&(self.residual)(t, y, yp));
         Ok(())
-    }
-
-    fn jacobian_pattern(&self) -> SparsityPattern {
-        let offsets = (0..=self.n).map(|column| column * self.n).collect();
-        let rows = (0..self.n * self.n).map(|k| k % self.n).collect();
-        SparsityPattern::try_from_offsets_and_indices(self.n, self.n, offsets, rows)
-            .expect("columns in order")
     }
 
     fn jacobian(
@@ -58,14 +50,6 @@ impl<F: Fn(f64, &[f64], &[f64]) -> Vec<f64>> Problem for Dense<F> {
             }
         }
         Ok(())
-    }
-
-    fn kinds(&self) -> Option<Vec<VariableKind>> {
-        Some(vec![VariableKind::Differential; self.n])
-    }
-
-    fn indices(&self) -> Option<Vec<u8>> {
-        Some(vec![0; self.n])
     }
 }
 
