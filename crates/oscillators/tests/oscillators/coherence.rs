@@ -140,18 +140,19 @@ fn the_gradient_is_the_derivative_of_the_smooth_coherence() {
         // With steps of 1e-5 in the phasors, the terms with S''' contribute h²/ε² · O(1) ≈ 1e-8, and rounding
         // contributes ε/h ≈ 2e-11.
         let h = 1e-5;
+        let moved = |x: &[f64], k: usize, by: f64| {
+            let mut moved = x.to_vec();
+            moved[k] += by;
+            moved
+        };
         for k in 0..n {
-            let (mut plus, mut minus) = (y.clone(), y.clone());
-            plus[k] += h;
-            minus[k] -= h;
-            let slope = smooth.squared(&omega, &plus, &w) - smooth.squared(&omega, &minus, &w);
-            assert!((slope / (2.0 * h) - by_position[k]).abs() < 1e-7, "y {k}");
+            let at = |by: f64| smooth.squared(&omega, &moved(&y, k, by), &w);
+            let slope = (at(h) - at(-h)) / (2.0 * h);
+            assert!((slope - by_position[k]).abs() < 1e-7, "y {k}");
             let h = h * omega[k];
-            let (mut plus, mut minus) = (w.clone(), w.clone());
-            plus[k] += h;
-            minus[k] -= h;
-            let slope = smooth.squared(&omega, &y, &plus) - smooth.squared(&omega, &y, &minus);
-            assert!((slope / (2.0 * h) - by_velocity[k]).abs() < 1e-7 / 50.0, "w {k}");
+            let at = |by: f64| smooth.squared(&omega, &y, &moved(&w, k, by));
+            let slope = (at(h) - at(-h)) / (2.0 * h);
+            assert!((slope - by_velocity[k]).abs() < 1e-7 / 50.0, "w {k}");
         }
     }
 }

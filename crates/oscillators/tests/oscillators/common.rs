@@ -1,6 +1,7 @@
 //! Shared test utilities: random numbers, reference values and a small integrator.
 
 use myovib_oscillators::{Generator, Network};
+use nalgebra_sparse::CscMatrix;
 use serde_json::Value;
 
 /// Returns `n` reproducible numbers in (−1, 1).
@@ -36,6 +37,14 @@ pub(crate) fn rhs(network: &Network, s: &[f64], forcing: &[f64]) -> Vec<f64> {
     let mut f = vec![0.0; s.len()];
     network.residual(s, &vec![0.0; s.len()], forcing, &mut f);
     f.iter().map(|x| -x).collect()
+}
+
+/// Returns a ∂F/∂s + b ∂F/∂ṡ.
+pub(crate) fn jacobian(network: &Network, s: &[f64], a: f64, b: f64) -> CscMatrix<f64> {
+    let pattern = network.jacobian_pattern().clone();
+    let mut values = vec![f64::NAN; pattern.nnz()];
+    network.jacobian(s, a, b, &mut values);
+    CscMatrix::try_from_pattern_and_values(pattern, values).unwrap()
 }
 
 /// Integrates from `s` at t = 0 to `t_end` without forcing, in `n_steps` equal steps.

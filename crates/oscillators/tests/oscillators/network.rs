@@ -1,6 +1,6 @@
 //! Tests of the equations of chains and arrays: identities, edge cases and Jacobians.
 
-use crate::common::{distance, random, rhs};
+use crate::common::{distance, jacobian, random, rhs};
 use myovib_oscillators::{Array, Chain, Coefficients, Ends, Error, Network, Reach};
 use nalgebra_sparse::CscMatrix;
 
@@ -119,6 +119,10 @@ fn the_coupling_column_is_the_derivative_by_the_forcing() {
     }
 }
 
+fn entry(matrix: &CscMatrix<f64>, row: usize, column: usize) -> f64 {
+    matrix.get_entry(row, column).map_or(0.0, |entry| entry.into_value())
+}
+
 #[test]
 fn the_jacobian_is_the_derivative_of_the_residual() {
     for (case, (name, network)) in networks().into_iter().enumerate() {
@@ -127,10 +131,7 @@ fn the_jacobian_is_the_derivative_of_the_residual() {
         let (s, s_dot) = (random(seed, n), random(seed + 1, n));
         let forcing = random(seed + 2, network.n_channels());
         let (a, b) = (random(seed + 3, 1)[0], 40.0 * random(seed + 4, 1)[0]);
-        let pattern = network.jacobian_pattern().clone();
-        let mut values = vec![f64::NAN; pattern.nnz()];
-        network.jacobian(&s, a, b, &mut values);
-        let jacobian = CscMatrix::try_from_pattern_and_values(pattern, values).unwrap();
+        let jacobian = jacobian(&network, &s, a, b);
 
         // Central differences along s + a h e, ṡ + b h e. F is cubic, so their truncation error is h² |F'''|/6,
         // where F''' is of order a³ 2μ ≈ 4. The rounding error is ω² ε/h ≈ 6e-13/h. The step h = 1e-4 balances the
@@ -148,7 +149,7 @@ fn the_jacobian_is_the_derivative_of_the_residual() {
             let (plus, minus) = (at(1.0), at(-1.0));
             for row in 0..n {
                 let slope = (plus[row] - minus[row]) / (2.0 * h);
-                let entry = jacobian.get_entry(row, column).map_or(0.0, |e| e.into_value());
+                let entry = entry(&jacobian, row, column);
                 assert!(
                     (entry - slope).abs() < 1e-7,
                     "{name}: ({row}, {column}) is {entry}, difference {slope}"
@@ -163,20 +164,12 @@ fn stiffness_and_damping_are_the_jacobian_of_the_momentum_rows() {
     for (case, (name, network)) in networks().into_iter().enumerate() {
         let (n, states) = (network.n_oscillators(), network.n_states());
         let s = random(1000 + case as u32, states);
-        let mut values = vec![f64::NAN; network.jacobian_pattern().nnz()];
-        network.jacobian(&s, 1.0, 0.0, &mut values);
-        let pattern = network.jacobian_pattern().clone();
-        let jacobian = CscMatrix::try_from_pattern_and_values(pattern, values).unwrap();
-
+        let jacobian = jacobian(&network, &s, 1.0, 0.0);
         let pattern = network.stiffness_pattern().clone();
         let (mut stiffness, mut damping) = (vec![f64::NAN; pattern.nnz()], vec![f64::NAN; n]);
         network.linearize(&s, &mut stiffness, &mut damping);
         let diagonal: Vec<f64> = network.stiffness_diagonal().map(|k| stiffness[k]).collect();
         let stiffness = CscMatrix::try_from_pattern_and_values(pattern, stiffness).unwrap();
-        let entry = |matrix: &CscMatrix<f64>, row: usize, column: usize| {
-            let entry = matrix.get_entry(row, column);
-            entry.map_or(0.0, |entry| entry.into_value())
-        };
         for (column, &on_diagonal) in diagonal.iter().enumerate() {
             assert_eq!(on_diagonal, entry(&stiffness, column, column), "{name}");
             for (row, &damping) in damping.iter().enumerate() {

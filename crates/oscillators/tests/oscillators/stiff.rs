@@ -2,9 +2,8 @@
 //! it efficiently, so the test detects a wrong Jacobian.
 
 use nalgebra::{DMatrix, DVector};
-use nalgebra_sparse::CscMatrix;
 
-use crate::common::{numbers, references};
+use crate::common::{jacobian, numbers, references};
 use crate::known::van_der_pol;
 use myovib_oscillators::Network;
 
@@ -15,11 +14,7 @@ const ORDER: usize = 8;
 /// `frozen`: (∂F/∂s + n/h ∂F/∂ṡ) Δs = −F(s, 0).
 fn implicit_euler(network: &Network, frozen: &[f64], h: f64, n: usize) -> DVector<f64> {
     let size = network.n_states();
-    let pattern = network.jacobian_pattern().clone();
-    let mut values = vec![0.0; pattern.nnz()];
-    network.jacobian(frozen, 1.0, n as f64 / h, &mut values);
-    let sparse = CscMatrix::try_from_pattern_and_values(pattern, values).unwrap();
-    let factors = DMatrix::from(&sparse).lu();
+    let factors = DMatrix::from(&jacobian(network, frozen, 1.0, n as f64 / h)).lu();
     let mut s = DVector::from_column_slice(frozen);
     for _ in 0..n {
         let mut f = DVector::zeros(size);
