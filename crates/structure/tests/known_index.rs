@@ -10,6 +10,13 @@ fn structure(e: DMatrix<f64>, a: DMatrix<f64>) -> PencilStructure {
     PencilStructure::of(&Pencil::new(e, a).expect("square and finite"))
 }
 
+/// Checks the index of the pencil (E, A) and the indices of its variables.
+#[track_caller]
+fn assert_indices(e: &DMatrix<f64>, a: &DMatrix<f64>, index: usize, variables: &[u8]) {
+    let found = structure(e.clone(), a.clone());
+    assert_eq!((found.index, &indices(&found)[..]), (Index::Decided(index), variables));
+}
+
 fn indices(structure: &PencilStructure) -> Vec<u8> {
     assert!(structure.variables.iter().all(|v| v.verdict == Verdict::Decisive), "{structure:#?}");
     structure.variables.iter().map(|v| v.index).collect()
@@ -46,26 +53,21 @@ fn units(n: usize, rng: &mut StdRng) -> DMatrix<f64> {
 
 #[test]
 fn an_ordinary_differential_equation_has_index_0() {
-    let found = structure(dmatrix![2.0, 1.0; 0.0, 3.0], dmatrix![1.0, 0.0; 0.0, 0.0]);
-    assert_eq!(found.index, Index::Decided(0));
-    assert_eq!(indices(&found), [0, 0]);
+    let (e, a) = (dmatrix![2.0, 1.0; 0.0, 3.0], dmatrix![1.0, 0.0; 0.0, 0.0]);
+    assert_indices(&e, &a, 0, &[0, 0]);
 }
 
 #[test]
 fn a_purely_algebraic_system_has_index_1() {
-    let found = structure(DMatrix::zeros(2, 2), dmatrix![1.0, 2.0; 0.0, 3.0]);
-    assert_eq!(found.index, Index::Decided(1));
-    assert_eq!(indices(&found), [1, 1]);
+    assert_indices(&DMatrix::zeros(2, 2), &dmatrix![1.0, 2.0; 0.0, 3.0], 1, &[1, 1]);
 }
 
 /// In N ẋ + x = f, x_1 contains the derivative of f_n of order n − 1, whereas x_n contains no derivative.
 #[test]
 fn a_chain_has_the_index_of_its_length() {
     for n in 1..=6 {
-        let found = structure(nilpotent(n), DMatrix::identity(n, n));
-        assert_eq!(found.index, Index::Decided(n));
         let counting_down: Vec<u8> = (1..=n as u8).rev().collect();
-        assert_eq!(indices(&found), counting_down);
+        assert_indices(&nilpotent(n), &DMatrix::identity(n, n), n, &counting_down);
     }
 }
 
@@ -84,13 +86,9 @@ fn a_force_found_through_a_spring_has_index_4_and_5() {
         -1.0, 1.0, 0.0, 0.0, 0.0;
         0.0, 1.0, 0.0, 0.0, 0.0
     ];
-    let place = structure(e.clone(), a.clone());
-    assert_eq!(place.index, Index::Decided(5));
-    assert_eq!(indices(&place), [3, 1, 4, 2, 5]);
+    assert_indices(&e, &a, 5, &[3, 1, 4, 2, 5]);
     (a[(4, 1)], a[(4, 3)]) = (0.0, 1.0);
-    let velocity = structure(e, a);
-    assert_eq!(velocity.index, Index::Decided(4));
-    assert_eq!(indices(&velocity), [2, 0, 3, 1, 4]);
+    assert_indices(&e, &a, 4, &[2, 0, 3, 1, 4]);
 }
 
 /// In constrained mechanics, positions, velocities and multipliers have the indices 1, 2 and 3. The index is lower
@@ -110,21 +108,15 @@ fn constrained_mechanics_by_formulation() {
     a.view_mut((2, 4), (2, 1)).copy_from(&-b.transpose());
 
     a.view_mut((4, 0), (1, 2)).copy_from(&b);
-    let position = structure(e.clone(), a.clone());
-    assert_eq!(position.index, Index::Decided(3));
-    assert_eq!(indices(&position), [1, 1, 2, 2, 3]);
+    assert_indices(&e, &a, 3, &[1, 1, 2, 2, 3]);
 
     a[(4, 4)] = 1e-5;
-    let compliant = structure(e.clone(), a.clone());
-    assert_eq!(compliant.index, Index::Decided(1));
-    assert_eq!(indices(&compliant), [0, 0, 0, 0, 1]);
+    assert_indices(&e, &a, 1, &[0, 0, 0, 0, 1]);
 
     a[(4, 4)] = 0.0;
     a.view_mut((4, 0), (1, 2)).fill(0.0);
     a.view_mut((4, 2), (1, 2)).copy_from(&b);
-    let velocity = structure(e.clone(), a.clone());
-    assert_eq!(velocity.index, Index::Decided(2));
-    assert_eq!(indices(&velocity), [0, 0, 1, 1, 2]);
+    assert_indices(&e, &a, 2, &[0, 0, 1, 1, 2]);
 
     // The constraint is compliant and differentiated, ṗ/κ + B v = 0, so the system is an ordinary differential
     // equation.
@@ -137,9 +129,7 @@ fn constrained_mechanics_by_formulation() {
     let mut a = a.resize(6, 6, 0.0);
     a.view_mut((5, 0), (1, 2)).copy_from(&b);
     a.view_mut((0, 5), (2, 1)).copy_from(&b.transpose());
-    let stabilized = structure(e, a);
-    assert_eq!(stabilized.index, Index::Decided(2));
-    assert_eq!(indices(&stabilized), [1, 1, 1, 1, 2, 2]);
+    assert_indices(&e, &a, 2, &[1, 1, 1, 1, 2, 2]);
 }
 
 #[test]
