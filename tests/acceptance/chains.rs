@@ -22,6 +22,13 @@ fn run(arguments: &str) -> (tempfile::TempDir, Run) {
     (folder, run)
 }
 
+/// Runs a command, which must succeed. Returns its folder and its document.
+fn computed(arguments: &str) -> (tempfile::TempDir, serde_json::Value) {
+    let (folder, run) = run(&format!("{arguments} --json --quiet"));
+    let command = arguments.split(' ').next().expect("a command");
+    (folder, document(&run.with_code(0).stdout, command))
+}
+
 #[test]
 fn figure_3_prints_its_numbers() {
     let (folder, run) = run("figure 3 --t-end 4 --json --png --quiet");
@@ -105,11 +112,9 @@ fn figure_3_by_radau_is_figure_3_by_bdf() {
 
 #[test]
 fn synchronization_judges_every_combination() {
-    let (folder, run) = run(
-        "synchronization --gamma 1,6000 --frequency 8,7.5 --set chain[0].oscillators=3 --t-end 4 --json --quiet",
+    let (folder, json) = computed(
+        "synchronization --gamma 1,6000 --frequency 8,7.5 --set chain[0].oscillators=3 --t-end 4",
     );
-    assert_eq!(run.code, 0, "{}", run.stderr);
-    let json = document(&run.stdout, "synchronization");
     let cases = json["cases"].as_array().expect("cases");
     assert_eq!(cases.len(), 4);
     let drives = cases.iter().map(|case| (&case["frequency"], &case["gamma"]));
@@ -127,11 +132,8 @@ fn synchronization_judges_every_combination() {
 
 #[test]
 fn the_muscle_drives_chains_too() {
-    let (_folder, run) = run(
-        "synchronization --body muscle --gamma 1,10000 --t-end 2 --integrator radau9 --json --quiet",
-    );
-    assert_eq!(run.code, 0, "{}", run.stderr);
-    let json = document(&run.stdout, "synchronization");
+    let (_folder, json) =
+        computed("synchronization --body muscle --gamma 1,10000 --t-end 2 --integrator radau9");
     let cases = json["cases"].as_array().expect("cases");
     assert_eq!(json["point"], serde_json::json!([0.0, 0.0]));
     for case in cases {
@@ -148,9 +150,7 @@ fn the_muscle_drives_chains_too() {
 /// gain of 6000 locks it to the drive.
 #[test]
 fn a_strong_drive_locks_the_chain_and_the_papers_does_not() {
-    let (_folder, run) = run("synchronization --gamma 1,6000 --t-end 60 --json --quiet");
-    assert_eq!(run.code, 0, "{}", run.stderr);
-    let json = document(&run.stdout, "synchronization");
+    let (_folder, json) = computed("synchronization --gamma 1,6000 --t-end 60");
     let [free, driven] = &json["cases"].as_array().expect("cases")[..] else {
         panic!("two cases: {json}");
     };
@@ -188,6 +188,13 @@ fn a_strong_drive_locks_the_chain_and_the_papers_does_not() {
     }
 }
 
+/// Runs a command that writes a movie with a width of 120 pixels, and checks its number of pictures.
+fn assert_movie(arguments: &str, film: &str, frames: usize) {
+    let (folder, found) = computed(&format!("{arguments} --width-pixels 120"));
+    assert_eq!(found["frames"], frames);
+    assert_moves(&folder.path().join(film), frames);
+}
+
 /// Checks that a movie has `frames` pictures with a width of 120 pixels, and that consecutive pictures differ.
 fn assert_moves(film: &Path, frames: usize) {
     let mut options = gif::DecodeOptions::new();
@@ -206,39 +213,26 @@ fn assert_moves(film: &Path, frames: usize) {
 
 #[test]
 fn movies_are_animations() {
-    let (folder, run) = run("movie chain --from 0 --to 0.2 --width-pixels 120 --quiet --json");
-    assert_eq!(run.code, 0, "{}", run.stderr);
     // The samples are at 0, 0.01, … 0.2 s.
-    assert_eq!(document(&run.stdout, "movie")["frames"], 21);
-    assert_moves(&folder.path().join("chain.gif"), 21);
+    assert_movie("movie chain --from 0 --to 0.2", "chain.gif", 21);
 }
 
 #[test]
 fn the_film_of_the_muscle_shows_one_cycle_of_its_load() {
-    let (folder, run) =
-        run("movie muscle --to 0.125 --integrator radau9 --width-pixels 120 --quiet --json");
-    assert_eq!(run.code, 0, "{}", run.stderr);
     // The load has a frequency of 8 Hz, and there are 50 frames per period.
-    assert_eq!(document(&run.stdout, "movie")["frames"], 50);
-    assert_moves(&folder.path().join("muscle.gif"), 50);
+    assert_movie("movie muscle --to 0.125 --integrator radau9", "muscle.gif", 50);
 }
 
 #[test]
 fn the_film_of_the_inclusion_shows_one_cycle_of_its_scenes_load() {
-    let (folder, run) = run("movie hardening --to 0.0625 --width-pixels 120 --quiet --json");
-    assert_eq!(run.code, 0, "{}", run.stderr);
     // The load of this scene has a frequency of 16 Hz, and there are 50 frames per period.
-    assert_eq!(document(&run.stdout, "movie")["frames"], 50);
-    assert_moves(&folder.path().join("hardening.gif"), 50);
+    assert_movie("movie hardening --to 0.0625", "hardening.gif", 50);
 }
 
 #[test]
 fn the_film_of_the_muscle_in_space_is_made_of_its_scene() {
-    let (folder, run) = run("movie muscle3d --to 0.125 --width-pixels 120 --quiet --json");
-    assert_eq!(run.code, 0, "{}", run.stderr);
     // There are 64 frames per second, and the vibration has just started.
-    assert_eq!(document(&run.stdout, "movie")["frames"], 9);
-    assert_moves(&folder.path().join("muscle3d.gif"), 9);
+    assert_movie("movie muscle3d --to 0.125", "muscle3d.gif", 9);
 }
 
 /// Checks movies of stored fields in 2D and in 3D, and the errors for runs from which no movie can be made.
