@@ -435,21 +435,25 @@ def solve_dae(
     if not (solution.t.size or solution.success):
         last = replace(solution, t=np.array([t0]), y=start[:, None], yp=rates[:, None])
 
+    def steps_with(settings: dict[str, Any], parts: list[_End], state: tuple[Array, Array]) -> DaeSolution | None:
+        """Return the steps with changed settings, without events and sensitivities; None if there are none."""
+        functions = (_recoverable(residual), matrices and _recoverable(matrices), _Events(None, ()), None)
+        try:
+            steps, _ = _integrate_parts({**request, **settings}, parts, functions, state, None)
+        except _Failed:
+            return None
+        steps.pop("warnings")
+        return _solution(steps, n, 0, 0, family)
+
     def up_to_stop() -> DaeSolution | None:
         """Return the steps from the last output to the time at which the integration stopped."""
         stopped = STOPPED.match(solution.message)
         if outputs is None or not stopped or float(stopped[1]) == last.t[-1]:
             return None
-        few = {**request, "first_step": None, "max_steps": MOST_AGAIN, "on_warning": lambda _: None}
+        few: dict[str, Any] = {"first_step": None, "max_steps": MOST_AGAIN, "on_warning": lambda _: None}
         few["initial"] = "given" if is_hidden else "algebraic"
-        functions = (_recoverable(residual), matrices and _recoverable(matrices), _Events(None, ()), None)
         parts = _ends_of_parts(breaks, float(last.t[-1]), float(stopped[1]))
-        try:
-            steps, _ = _integrate_parts(few, parts, functions, (last.y[:, -1], last.yp[:, -1]), None)
-        except _Failed:
-            return None
-        steps.pop("warnings")
-        return _solution(steps, n, 0, 0, family)
+        return steps_with(few, parts, (last.y[:, -1], last.yp[:, -1]))
 
     facts = Facts(
         suppress=excluded,
@@ -510,14 +514,7 @@ def solve_dae(
 
         def repeated(h: float | None) -> DaeSolution | None:
             """Return the solution in the first steps if the size of the first step is h."""
-            few = {**request, "first_step": h, "max_steps": 6, "dense": False}
-            functions = (_recoverable(residual), matrices and _recoverable(matrices), _Events(None, ()), None)
-            try:
-                first, _ = _integrate_parts(few, ends[:2], functions, (start, rates), None)
-            except _Failed:
-                return None
-            first.pop("warnings")
-            return _solution(first, n, 0, 0, family)
+            return steps_with({"first_step": h, "max_steps": 6, "dense": False}, ends[:2], (start, rates))
 
         # With output times, the result does not contain the steps.
         first_steps = solution if outputs is None else repeated(request["first_step"])
