@@ -129,7 +129,12 @@ def _derivative(
     motion = MOTION * np.divide(size, np.abs(yp), out=np.full(len(y), np.inf), where=yp != 0.0).min()
     step = max(min(SHORT * abs(end - t), motion), ROUNDINGS * np.spacing(abs(t)))
     step = min(step, 0.25 * abs(end - t)) * np.sign(end - t)
-    at = [residual(t + k * step, y + k * step * yp, yp) for k in range(4)]
+    return slope(lambda s: residual(t + s, y + s * yp, yp), step)
+
+
+def slope(function: Callable[[float], Array], step: float) -> Array:
+    """Return the derivative of a function at 0, computed by forward differences of order 3."""
+    at = [function(k * step) for k in range(4)]
     return (-11.0 * at[0] + 18.0 * at[1] - 9.0 * at[2] + 2.0 * at[3]) / (6.0 * step)
 
 

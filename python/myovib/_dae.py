@@ -29,7 +29,7 @@ from ._arguments import (
     _vector,
     _with,
 )
-from ._breaks import jumping_from_start, values_after, values_of_index_2
+from ._breaks import jumping_from_start, slope, values_after, values_of_index_2
 from ._entries import missing_entry, share_of_entries, wrong_entry
 from ._index import index_note, jumping_multipliers, listed
 from ._outputs import violated
@@ -636,19 +636,16 @@ def _integrate_parts(
                     "initial": initial,
                 }
             )
-        except _native.StepFailure as error:
-            # The derivative with respect to a parameter raised this exception, outside of the integration.
-            message = f"dF/dp is not defined at t = {end_from.t}: {error}"
-            if is_first:
-                raise _Failed(message) from None
-            found.update(status=-1, message=message)
-            break
-        except RuntimeError as error:
+        except (_native.StepFailure, RuntimeError) as error:
             # The traceback of an exception from a user's function contains the frames of that function.
             is_of_user = error.__traceback__ is not None and error.__traceback__.tb_next is not None
-            if is_of_user:
+            if isinstance(error, _native.StepFailure):
+                # The derivative with respect to a parameter raised this exception, outside of the integration.
+                message = f"dF/dp is not defined at t = {end_from.t}: {error}"
+            elif is_of_user:
                 raise
-            message = _counted_from(origin, str(error)) if is_late else str(error)
+            else:
+                message = _counted_from(origin, str(error)) if is_late else str(error)
             if is_first:
                 raise _Failed(message) from None
             found.update(status=-1, message=message)
@@ -754,9 +751,8 @@ class _PositionConstraints(NamedTuple):
         increment = 1e-4 * time * np.sign(t_end - t0)
 
         def derivative(rates: Array, step: float = increment) -> Array:
-            # One-sided differences, because F may be undefined before the start.
-            at = [evaluate(t0 + k * step, y + k * step * rates, yp) for k in range(4)]
-            return (-11.0 * at[0] + 18.0 * at[1] - 9.0 * at[2] + 2.0 * at[3]) / (6.0 * step)
+            # F may be undefined before the start.
+            return slope(lambda s: evaluate(t0 + s, y + s * rates, yp), step)
 
         try:
             given = evaluate(t0, y, yp)
