@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._run import Probe
+from ._run import Probe, _Stored
 
 __all__ = ["Experiment", "FitResult", "SensitivityResult"]
 
@@ -25,7 +25,7 @@ Data = str | PathLike[str] | Mapping[str, ArrayLike]
 Experiment = Data | tuple[Data, Mapping[str, Any]]
 
 
-class SensitivityResult:
+class SensitivityResult(_Stored):
     """Outputs of a scene and their derivatives with respect to its parameters. Can be pickled.
 
     Attributes
@@ -70,16 +70,13 @@ class SensitivityResult:
         ]
         return _table(["p · du/dp relative to u (rms)", *self.parameters], rows)
 
-    def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_temporary": None}
-
 
 def by_element(document: dict[str, Any]) -> dict[str, Array]:
     """Return the sensitivities of each output in the document of a stiffness map."""
     return {output["name"]: _numbers(output["elements"]) for output in document["outputs"]}
 
 
-class FitResult:
+class FitResult(_Stored):
     """Result of a fit. It can be pickled.
 
     Attributes
@@ -154,9 +151,6 @@ class FitResult:
         ]
         heads = ["parameter", "value", "standard error", "95 % from", "to"]
         return f"<b>{html.escape(self.message)}</b>" + _table(heads, rows)
-
-    def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_temporary": None}
 
 
 def experiments(

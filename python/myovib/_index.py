@@ -50,25 +50,20 @@ def index_note(
             "constraints by their derivatives"
         ), True
     tested = [j for j in hidden if suppress is None or not suppress[j]]
-    described = f"the variables {listed(tested)} (counted from 0) have an index above 1"
     if method == "bdf":
         if index == HIGHEST:
             # This also holds if all of these variables are excluded from the error test.
             return (
-                f"the variables {listed(hidden)} (counted from 0) have an index above 1, and the equations have index "
-                "3, for which BDF is inaccurate or stops: use a Radau method with `index`, or the GGL form, of index 2"
+                f"{_above_1(hidden)}, and the equations have index 3, for which BDF is inaccurate or stops: use a Radau "
+                "method with `index`, or the GGL form, of index 2"
             ), False
         remedy = "exclude them from the error test with `suppress`, or use a Radau method with `index`"
-        return (f"{described}: {remedy}" if tested else ""), False
+        return (f"{_above_1(tested)}: {remedy}" if tested else ""), False
     if indices is None:
-        described = f"the variables {listed(hidden)} (counted from 0) have an index above 1"
-        return f"{described}: give the index of each variable in `index`", False
+        return f"{_above_1(hidden)}: give the index of each variable in `index`", False
     wrong = [j for j in tested if indices[j] <= 1]
     if wrong:
-        return (
-            f"the variables {listed(wrong)} (counted from 0) have an index above 1, but `index` states "
-            f"{max(indices[j] for j in wrong)}"
-        ), False
+        return f"{_above_1(wrong)}, but `index` states {max(indices[j] for j in wrong)}", False
     found = structure.variable_indices
     wrong = [j for j, stated in enumerate(indices) if max(stated, 1) < found[j] and not (suppress and suppress[j])]
     if wrong:
@@ -78,6 +73,10 @@ def index_note(
             f"`index` states {listed([indices[j] for j in wrong])}"
         ), False
     return "", False
+
+
+def _above_1(variables: list[int]) -> str:
+    return f"the variables {listed(variables)} (counted from 0) have an index above 1"
 
 
 def jumping_multipliers(

@@ -224,7 +224,14 @@ COUNTS = (
 )
 
 
-class RunResult:
+class _Stored:
+    """Result in a folder. Its temporary folder, if any, is not pickled."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_temporary": None}
+
+
+class RunResult(_Stored):
     """Result of a run. It can be pickled, but the files of its fields are not included.
 
     Attributes
@@ -303,11 +310,8 @@ class RunResult:
         title = html.escape(self.document["scene"].get("title") or "A run")
         return f"<b>{title}</b><table>{cells}</table>"
 
-    def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_temporary": None}
 
-
-class SweepResult:
+class SweepResult(_Stored):
     """Result of a sweep.
 
     Attributes
@@ -373,6 +377,3 @@ class SweepResult:
         ends = Counter(row["outcome"] for row in self.rows)
         counts = ", ".join(f"{number} {outcome}" for outcome, number in ends.items())
         return f"SweepResult({len(self)} cases: {counts})"
-
-    def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_temporary": None}
