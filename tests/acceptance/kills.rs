@@ -12,6 +12,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::harness::{PROGRAM, myovib_in};
+use crate::results::{parse_table, read_json};
 use crate::writes::SCENE;
 
 /// System calls that change files.
@@ -86,21 +87,14 @@ fn files(folder: &Path) -> BTreeMap<String, String> {
     fs::read_dir(folder).unwrap().map(|entry| file(entry.unwrap())).collect()
 }
 
-/// Returns the names of the columns and the rows of a table.
-fn table(text: &str) -> (Vec<&str>, Vec<Vec<f64>>) {
-    let mut lines = text.lines();
-    let row = |line: &str| line.split(',').map(|word| word.parse().unwrap()).collect();
-    (lines.next().unwrap().split(',').collect(), lines.map(row).collect())
-}
-
 /// Checks that each column of the two tables differs by at most the error that `--verify` measured.
 fn assert_within_error(found: &str, expected: &str, errors: &Value) {
-    let ((names, found), (_, expected)) = (table(found), table(expected));
+    let ((names, found), (_, expected)) = (parse_table(found), parse_table(expected));
     assert_eq!(found.len(), expected.len());
     for (a, b) in found.iter().zip(&expected) {
         assert_eq!(a[0], b[0]);
         for j in 1..names.len() {
-            let error = errors[names[j]]["error"].as_f64().unwrap();
+            let error = errors[&names[j]]["error"].as_f64().unwrap();
             assert!((a[j] - b[j]).abs() <= error, "{} at {}: {} {}", names[j], a[0], a[j], b[j]);
         }
     }
@@ -125,8 +119,7 @@ fn assert_killed_runs_are_completed(method: &str, verify: bool, stride: usize) -
     };
     let measured = [&common[..], &["--verify", "--out", "measured"]].concat();
     assert_eq!(myovib_in(folder, &measured).code, 0);
-    let measured = fs::read_to_string(folder.join("measured/run.json")).unwrap();
-    let measured: Value = serde_json::from_str(&measured).unwrap();
+    let measured = read_json(&folder.join("measured/run.json"));
     let expected = files(&folder.join("out"));
     let [mut runs, mut different] = [0; 2];
     for call in CALLS {

@@ -5,15 +5,9 @@ use std::fs;
 use myovib_scene::builtin;
 use serde_json::{Value, json};
 
-use crate::harness::{document, myovib, myovib_in};
+use crate::harness::{myovib, myovib_in};
 use crate::results::{read_json, read_table, run_scene};
-
-fn short_table(arguments: &[&str]) -> Value {
-    let common = ["table2", "--t-end", "0.02", "--quiet", "--json"];
-    let run = myovib(&[&common[..], arguments].concat());
-    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
-    document(&run.stdout, "table2")
-}
+use crate::table2::short_table;
 
 #[test]
 fn radau_reports_that_it_tests_all_variables() {

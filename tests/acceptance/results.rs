@@ -24,7 +24,11 @@ pub(crate) fn read_json(path: &Path) -> Value {
 
 /// Reads a CSV file of numbers. Returns the names of its columns and its rows.
 pub(crate) fn read_table(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
-    let text = fs::read_to_string(path).expect("a table");
+    parse_table(&fs::read_to_string(path).expect("a table"))
+}
+
+/// Returns the names of the columns and the rows of a table in CSV format.
+pub(crate) fn parse_table(text: &str) -> (Vec<String>, Vec<Vec<f64>>) {
     let mut lines = text.lines();
     let names = lines.next().expect("a header").split(',').map(String::from).collect();
     let numbers =

@@ -1,21 +1,12 @@
 //! Tests of scenes: every built-in scene runs, incomplete runs can be continued, and no result is computed twice.
 
 use std::fs;
-use std::path::Path;
 
 use myovib_scene::builtin::{BuiltinScene, SCENES};
 use serde_json::Value;
 
 use crate::harness::myovib_in;
-use crate::results::{self, read_json};
-
-/// Runs a scene in `folder` and expects success.
-fn run(folder: &Path, scene: &str, out: &str, more: &[&str]) -> Value {
-    let arguments = [&["run", scene, "--out", out, "--quiet"], more].concat();
-    let run = myovib_in(folder, &arguments);
-    assert_eq!(run.code, 0, "{scene}: {}", run.stderr);
-    read_json(&folder.join(out).join("run.json"))
-}
+use crate::results::{self, read_json, run_scene};
 
 /// Runs every scene until its loads have risen. Ramped loads reach half of their amplitude at 0.8 s.
 #[test]
@@ -24,15 +15,15 @@ fn every_built_in_scene_runs_under_its_load() {
     for BuiltinScene { name, text, .. } in SCENES {
         let end: &[&str] = match *name {
             // With its default mesh, the scene has 184 thousand unknowns.
-            "ventricle" => &["--set", "time.end=0.05", "--set", "mesh.resolution=coarse"],
-            "muscle3d" => &["--set", "time.end=0.05", "--set", "mesh.cells=[10,2,2]"],
-            "ventricle-coarse" => &["--set", "time.end=0.05"],
+            "ventricle" => &["time.end=0.05", "mesh.resolution=coarse"],
+            "muscle3d" => &["time.end=0.05", "mesh.cells=[10,2,2]"],
+            "ventricle-coarse" => &["time.end=0.05"],
             // The scene computes many waves per second.
-            "hardening" => &["--set", "time.end=0.2"],
-            _ if text.contains("[time]") => &["--set", "time.end=0.9"],
+            "hardening" => &["time.end=0.2"],
+            _ if text.contains("[time]") => &["time.end=0.9"],
             _ => &[],
         };
-        let document = run(folder.path(), name, name, end);
+        let document = run_scene(folder.path(), name, name, end);
         assert_eq!(document["outcome"], "finished", "{name}");
         let out = folder.path().join(name);
         assert!(out.join("report.html").exists());
@@ -93,10 +84,9 @@ fn an_equilibrium_ignores_sections_of_a_motion_with_a_note() {
 #[test]
 fn a_run_is_not_overwritten_by_accident() {
     let folder = tempfile::tempdir().unwrap();
-    let end = ["--set", "time.end=0.02"];
-    run(folder.path(), "init", "out", &end);
-    let again = myovib_in(folder.path(), &["run", "init", "--out", "out", end[0], end[1]]);
-    assert_eq!(again.code, 2);
+    run_scene(folder.path(), "init", "out", &["time.end=0.02"]);
+    let again = ["run", "init", "--out", "out", "--set", "time.end=0.02"];
+    let again = myovib_in(folder.path(), &again).with_code(2);
     assert!(again.stderr.contains("--resume"), "{}", again.stderr);
 }
 
@@ -105,9 +95,11 @@ fn resumed(scene: &str, probe: &str, sets: &[&str], [part, end]: [&str; 2]) -> [
     let folder = tempfile::tempdir().expect("a folder");
     let ending = |end: &str, out: &str, more: &[&str]| {
         let end = format!("time.end={end}");
-        let sets = sets.iter().flat_map(|set| ["--set", set]);
-        let settings: Vec<&str> = sets.chain(["--set", &end]).chain(more.iter().copied()).collect();
-        let document = run(folder.path(), scene, out, &settings);
+        let mut words = vec!["run", scene, "--out", out, "--quiet", "--set", &end];
+        words.extend(sets.iter().flat_map(|set| ["--set", set]));
+        words.extend(more);
+        myovib_in(folder.path(), &words).with_code(0);
+        let document = read_json(&folder.path().join(out).join("run.json"));
         assert_eq!(document["outcome"], "finished");
         assert_eq!(document["resumed"], u64::from(!more.is_empty()));
         results::read_table(&folder.path().join(format!("{out}/{probe}.csv"))).1
@@ -167,9 +159,9 @@ fn a_run_with_two_way_coupling_goes_on_from_its_checkpoint() {
 #[test]
 fn a_pressure_acts_toward_the_body() {
     let folder = tempfile::tempdir().unwrap();
-    let loads: &[&str] = &["--set", "traction=[]", "--set", "analysis=static"];
     let origin = |out: &str, load: &str| {
-        let document = run(folder.path(), "init", out, &[loads, &["--set", load]].concat());
+        let document =
+            run_scene(folder.path(), "init", out, &["traction=[]", "analysis=static", load]);
         document["results"]["origin"]["u_y"].as_f64().unwrap()
     };
     let pressed = origin("pressed", "pressure=[{ group = \"load\", value = 100.0 }]");
@@ -187,18 +179,9 @@ fn the_order_of_bdf_is_chosen_by_the_damping_with_a_reason() {
     let folder = tempfile::tempdir().unwrap();
     for (beta, order) in [("1e-2", 5), ("1e-4", 2)] {
         let beta = format!("solid.rayleigh_stiffness={beta}");
-        let sets = [
-            "--set",
-            "integrator.method=bdf",
-            "--set",
-            "integrator.max_order=\"auto\"",
-            "--set",
-            "time.end=0.01",
-            "--set",
-            &beta,
-        ];
-        let out = order.to_string();
-        let document = run(folder.path(), "init", &out, &sets);
+        let automatic = "integrator.max_order=\"auto\"";
+        let sets = ["integrator.method=bdf", automatic, "time.end=0.01", &beta];
+        let document = run_scene(folder.path(), "init", &order.to_string(), &sets);
         assert_eq!(document["max_order"], order);
         let reason = document["max_order_reason"].as_str().unwrap();
         assert!(reason.starts_with(&format!("order {order}: ")), "{reason}");
@@ -241,8 +224,8 @@ fn as_many_steps_as_are_needed_are_enough() {
 #[test]
 fn unrequested_quantities_are_not_computed() {
     let folder = tempfile::tempdir().unwrap();
-    let end = ["--set", "time.end=0.2"];
-    let undamped = run(folder.path(), "table2-1", "undamped", &end);
+    let end = ["time.end=0.2"];
+    let undamped = run_scene(folder.path(), "table2-1", "undamped", &end);
     assert_eq!(undamped["work"]["force_rate_passes"], 0);
     assert_eq!(undamped["work"]["rate_tangent_passes"], 0);
     assert_eq!(undamped["indices"]["p_rate"], Value::Null, "β = 0: no μ");
@@ -251,15 +234,15 @@ fn unrequested_quantities_are_not_computed() {
     assert_eq!(undamped["output_work"]["energy_evaluations"], 0);
     assert_eq!(undamped["unknowns"], 2849, "no chain, no chain states");
 
-    let damped = run(folder.path(), "init", "damped", &end);
+    let damped = run_scene(folder.path(), "init", "damped", &end);
     assert_eq!(damped["work"]["force_rate_passes"], damped["work"]["residual_passes"]);
     assert!(damped["output_work"]["stress_evaluations"].as_u64() > Some(0));
 
-    let linear = run(folder.path(), "table1-26-finite-undamped", "linear", &end);
+    let linear = run_scene(folder.path(), "table1-26-finite-undamped", "linear", &end);
     assert_eq!(linear["work"]["tangent_passes"], 1, "linear: one assembly");
     assert!(linear["jacobian_evaluations"].as_u64() > Some(1));
 
-    let rod = run(folder.path(), "figure3", "rod", &end);
+    let rod = run_scene(folder.path(), "figure3", "rod", &end);
     assert_eq!(rod["mesh"], Value::Null, "a rod reads no mesh");
     assert_eq!((&rod["unknowns"], &rod["work"]["residual_passes"]), (&60.into(), &0.into()));
 }

@@ -62,7 +62,8 @@ const ROWS: [Row; 9] = [
     ("31", "31", "velocity", None, 0.0, 2, &["lambda"], 2),
 ];
 
-fn short_table(arguments: &[&str]) -> Value {
+/// Returns the document of the table with short runs.
+pub(crate) fn short_table(arguments: &[&str]) -> Value {
     let run = myovib(&[&["table2", "--t-end", "0.02", "--quiet", "--json"], arguments].concat());
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
     document(&run.stdout, "table2")
