@@ -65,19 +65,18 @@ pub(crate) fn seen_in(page: &Path) -> Option<Value> {
 }
 
 /// Runs `myovib` and opens the report that it writes, if there is a browser.
-fn report_of(words: &[&str], page: &str) -> Option<Value> {
+fn report_of<'a>(words: impl IntoIterator<Item = &'a str>, page: &str) -> Option<Value> {
     browser()?;
     let folder = tempfile::tempdir().expect("a folder");
     myovib_in(folder.path(), &["init"]).with_code(0);
-    myovib_in(folder.path(), words).with_code(0);
+    myovib_in(folder.path(), &words.into_iter().collect::<Vec<_>>()).with_code(0);
     seen_in(&folder.path().join(page))
 }
 
 #[test]
 fn the_report_of_a_run_can_be_explored() {
     let words = "run scene.toml --quiet --set time.end=0.3 --set fields.interval=0.05 --set probe[0].interval=2e-3";
-    let words: Vec<&str> = words.split(' ').collect();
-    let Some(seen) = report_of(&words, "out/report.html") else {
+    let Some(seen) = report_of(words.split(' '), "out/report.html") else {
         return;
     };
     // The charts show u_x, u_y and p, and the curve and the spectrum of the analysis.
@@ -109,8 +108,7 @@ fn the_report_of_a_run_can_be_explored() {
 #[test]
 fn the_report_of_a_3d_body_can_be_turned() {
     let words = "run muscle3d --quiet --set time.end=0.05 --set mesh.cells=[10,2,2] --set probe=[] --set chain=[] --set fields.interval=0.025";
-    let words: Vec<&str> = words.split(' ').collect();
-    let Some(seen) = report_of(&words, "out/report.html") else {
+    let Some(seen) = report_of(words.split(' '), "out/report.html") else {
         return;
     };
     assert_eq!(seen["frames"], 3, "{seen}");
@@ -122,8 +120,7 @@ fn the_report_of_a_3d_body_can_be_turned() {
 #[test]
 fn modes_are_animated() {
     let words = "run scene.toml --quiet --set analysis=modes --set modes.count=3";
-    let words: Vec<&str> = words.split(' ').collect();
-    let Some(seen) = report_of(&words, "out/report.html") else {
+    let Some(seen) = report_of(words.split(' '), "out/report.html") else {
         return;
     };
     assert_eq!(seen["frames"], 3, "{seen}");
@@ -135,8 +132,7 @@ fn modes_are_animated() {
 #[test]
 fn the_report_of_a_sweep_has_linked_charts() {
     let words = "sweep scene.toml --quiet --set time.end=0.1 --vary solid.rayleigh_stiffness=1e-4,1e-3 --result top=max(origin.u_y)";
-    let words: Vec<&str> = words.split(' ').collect();
-    let Some(seen) = report_of(&words, "sweep/report.html") else {
+    let Some(seen) = report_of(words.split(' '), "sweep/report.html") else {
         return;
     };
     // The charts show the result and the steps against the key, and u_x, u_y and p against time.
@@ -159,7 +155,7 @@ fn texts_of_a_scene_are_not_executed() {
     let set = [&title, &name, &materials].map(String::as_str);
     let mut words = vec!["run", "scene.toml", "--quiet", "--set", "time.end=0.02"];
     words.extend(set.iter().flat_map(|set| ["--set", set]));
-    let Some(seen) = report_of(&words, "out/report.html") else {
+    let Some(seen) = report_of(words, "out/report.html") else {
         return;
     };
     assert_eq!(seen["images"], 0, "{seen}");

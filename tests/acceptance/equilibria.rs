@@ -9,14 +9,25 @@ use serde_json::Value;
 use crate::harness::{code_of_interrupted, myovib_in};
 use crate::results::read_json;
 
+/// Search for an equilibrium with such a soft fiber that it takes a hundred seconds of small load steps.
+const SOFT: [&str; 5] = ["run", "land1", "--quiet", "--set", "material[0].b_f=1e-29"];
+
+/// Changes of a static scene to a motion that starts in equilibrium.
+const MOTION: [&str; 6] = [
+    "--set",
+    "analysis=\"dynamic\"",
+    "--set",
+    "time.end=1.0",
+    "--set",
+    "initial_state.type=equilibrium",
+];
+
 /// Regression: the search for an equilibrium, which has no time steps, continued for minutes after Ctrl-C.
 #[test]
 fn ctrl_c_ends_the_search_for_an_equilibrium() {
     let folder = tempfile::tempdir().unwrap();
-    // With such a soft fiber, the search takes a hundred seconds of small load steps.
-    let soft = ["run", "land1", "--quiet", "--set", "material[0].b_f=1e-29"];
     let since = Instant::now();
-    assert_eq!(code_of_interrupted(folder.path(), &soft), Some(130));
+    assert_eq!(code_of_interrupted(folder.path(), &SOFT), Some(130));
     assert!(since.elapsed() < Duration::from_secs(60));
     // The last equilibrium that was found before the signal is kept.
     let document = folder.path().join("out/run.json");
@@ -120,20 +131,8 @@ fn a_part_of_the_load_is_read_off_as_such() {
 #[test]
 fn ctrl_c_ends_the_search_for_an_equilibrium_to_start_from() {
     let folder = tempfile::tempdir().unwrap();
-    let soft = [
-        "run",
-        "land1",
-        "--quiet",
-        "--set",
-        "material[0].b_f=1e-29",
-        "--set",
-        "analysis=\"dynamic\"",
-        "--set",
-        "time.end=1.0",
-        "--set",
-        "initial_state.type=equilibrium",
-    ];
     let since = Instant::now();
+    let soft = [&SOFT[..], &MOTION].concat();
     assert_eq!(code_of_interrupted(folder.path(), &soft), Some(130));
     assert!(since.elapsed() < Duration::from_secs(60));
     assert!(!folder.path().join("out").exists());
@@ -152,9 +151,7 @@ fn a_folder_that_holds_a_run_is_refused_before_an_equilibrium_is_sought() {
     assert!(second.stderr.contains("--overwrite"), "{}", second.stderr);
     assert!(!second.stderr.contains("--resume"), "{}", second.stderr);
     // The same holds if a motion starts in equilibrium.
-    let motion = ["analysis=\"dynamic\"", "time.end=1.0", "initial_state.type=equilibrium"];
-    let motion = motion.iter().flat_map(|set| ["--set", set]);
-    let words: Vec<&str> = ["run", "cook-static"].into_iter().chain(load).chain(motion).collect();
+    let words = [&["run", "cook-static"][..], &load, &MOTION].concat();
     let third = myovib_in(folder.path(), &words).with_code(2);
     assert!(third.stderr.contains("--overwrite"), "{}", third.stderr);
 }
