@@ -46,11 +46,6 @@ impl<E: Equations> Differentiated<E> {
         let zero = vec![Dual::from(0.0); equations.n_unknowns()];
         Self { equations, y: zero.clone(), y_dot: zero.clone(), residual: zero }
     }
-
-    /// Returns the equations.
-    pub fn equations(&self) -> &E {
-        &self.equations
-    }
 }
 
 impl<E: Equations> Problem for Differentiated<E> {
