@@ -57,11 +57,6 @@ fn an_ordinary_differential_equation_has_index_0() {
     assert_indices(&e, &a, 0, &[0, 0]);
 }
 
-#[test]
-fn a_purely_algebraic_system_has_index_1() {
-    assert_indices(&DMatrix::zeros(2, 2), &dmatrix![1.0, 2.0; 0.0, 3.0], 1, &[1, 1]);
-}
-
 /// In N ẋ + x = f, x_1 contains the derivative of f_n of order n − 1, whereas x_n contains no derivative.
 #[test]
 fn a_chain_has_the_index_of_its_length() {
