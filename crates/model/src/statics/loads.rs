@@ -8,7 +8,7 @@ use super::{GRADIENT_STEP, Search, Shortfall, not_converged};
 use crate::error::ModelError;
 
 /// The next load step may be twice as long if a step requires at most this number of iterations.
-const QUICK: usize = 4;
+const QUICK: usize = 6;
 /// Largest allowed second-order part of a prediction, relative to the first-order part.
 const LARGEST_CHANGE: f64 = 0.5;
 /// A path ends if a step fails whose load increment is below this fraction of the whole load, and whose change of the
@@ -144,9 +144,12 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
             } else {
                 self.increment = 0.5 * step.abs();
                 direction = Some(slope);
+                // At a kink of a law, for example where fibers become slack, the direction jumps, and its change over
+                // the previous step predicts nothing.
+                let was_curved = self.before.take().is_some();
                 let is_stiff = self.increment * gradient < SMALLEST_STEP * GRADIENT_STEP;
                 if self.increment < SMALLEST_LOAD_STEP
-                    || (self.increment < SMALLEST_STEP && is_stiff)
+                    || (self.increment < SMALLEST_STEP && is_stiff && !was_curved)
                 {
                     return self.give_up(not_converged(self.newton));
                 }
