@@ -15,8 +15,9 @@ lint: ## check format and lints, warnings as errors
 test: ## set up the machine if necessary, then run all quick tests
 	./scripts/test
 
-test-slow: ## the slow tests, in release mode, and the benchmarks of other solvers
+test-slow: ## the slow tests, in release mode, the wrapper with SUNDIALS 7.1.1, and the benchmarks of other solvers
 	cargo test --workspace --locked --release -- --ignored
+	cargo test --workspace --locked --features vendored --test wrapper
 	cargo check --manifest-path bench/rivals/Cargo.toml --bins --benches --locked
 	cargo build --release --locked -p myovib && ./scripts/slurm
 
