@@ -300,8 +300,7 @@ oscillators = 2
         ];
         let sets = sets.iter().flat_map(|set| ["--set", set]);
         let words = words.iter().copied().chain(sets);
-        let run = myovib_in(folder.path(), &words.collect::<Vec<_>>()).with_code(0);
-        run
+        myovib_in(folder.path(), &words.collect::<Vec<_>>()).with_code(0)
     };
     let check = document(&with(&["check", "scene.toml", "--json"]).stdout, "check");
     let run = document(&with(&["run", "scene.toml", "--quiet", "--json"]).stdout, "run");
