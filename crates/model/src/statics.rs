@@ -221,8 +221,7 @@ pub fn approach(
 /// Remedy for elements that collapse because of the material law.
 pub(crate) const COLLAPSE: &str = "with the law `guccione` and a pressure field, elements collapse under large strains: use `isochoric-guccione`, which is the same material at constant volume";
 /// Remedy at a limit load.
-const LIMIT_LOAD: &str =
-    "at a limit load, use `method = \"arc-length\"` of [static], or a damped motion";
+const LIMIT_LOAD: &str = "at a limit load, follow the path by `analysis = \"static\"` with `method = \"arc-length\"` of [static], or compute a damped motion";
 
 /// Remedy at the limit of Gent's law.
 const LOCKING: &str = "the law `gent` locks where Ī1 - 3 approaches its `limit`: reduce the load, or increase `limit`";

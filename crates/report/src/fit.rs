@@ -10,7 +10,7 @@ use serde_json::Value;
 use crate::page;
 use crate::page::data::PageData;
 use crate::page::frame::{self, framed};
-use crate::page::probes::{label, unit};
+use crate::page::probes::axis_of;
 use crate::plot::{Axis, Figure, LinePlot, Panel, Series};
 use crate::table::{Align, Table, counted};
 
@@ -315,27 +315,6 @@ fn figure(plots: Vec<LinePlot>) -> Figure {
     Figure::column("Measurements and fit", panels.collect())
 }
 
-fn ordinate(point: &Point, in_space: bool) -> Axis {
-    let column = &*point.column;
-    let label_and_unit = |name: &str| (label(name), unit(name, in_space));
-    match column.rsplit_once('_').filter(|_| point.abscissa == Abscissa::Frequency) {
-        Some((value, "phase")) => Axis::new(format!("phase of {}", label(value)), "°"),
-        Some((value, part)) => {
-            let (name, unit) = label_and_unit(value);
-            let name = match part {
-                "re" => format!("Re {name}"),
-                "im" => format!("Im {name}"),
-                _ => format!("|{name}|"),
-            };
-            Axis::new(name, unit)
-        }
-        None => {
-            let (name, unit) = label_and_unit(column);
-            Axis::new(name, unit)
-        }
-    }
-}
-
 /// Returns the axis of an independent variable.
 pub fn axis(abscissa: Abscissa) -> Axis {
     match abscissa {
@@ -366,7 +345,7 @@ fn plots(result: &FitResult) -> Vec<LinePlot> {
                 false => first.output.clone(),
             },
             x: axis(first.abscissa),
-            y: ordinate(first, result.in_space),
+            y: axis_of(&first.column, first.abscissa == Abscissa::Frequency, result.in_space),
             series: vec![
                 Series::curve("measured", &t, &measured).unjoined(),
                 Series::curve("fitted", &t, &fitted),

@@ -4,14 +4,16 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use myovib_scene::sensitivity::Abscissa;
 use myovib_scene::sweep::SweepResult;
 use myovib_scene::{Error, atomic_file, escape};
 use serde_json::Value;
 
+use crate::fit::axis;
 use crate::page;
 use crate::page::data::PageData;
 use crate::page::frame::{figure, framed};
-use crate::page::probes::{MOST_VALUES, Record, label, unit};
+use crate::page::probes::{MOST_VALUES, Record, axis_of};
 use crate::plot::{Axis, Figure, LinePlot, Series};
 
 /// Maximum number of cases whose curves are shown in one chart.
@@ -28,7 +30,11 @@ pub fn write(folder: &Path, result: &SweepResult) -> Result<(), Error> {
     html += &over_values(result, rows, &mut data);
     html += &curves(folder, result, rows, &mut data)?;
     let description = format!("{} cases over {}.", rows.len(), result.keys.join(", "));
-    let page = framed("A sweep", &description, &html, &data);
+    let title = match first_result(folder, rows)["scene"]["title"].as_str() {
+        Some(title) => format!("Sweep: {title}"),
+        None => "Sweep".to_owned(),
+    };
+    let page = framed(&title, &description, &html, &data);
     atomic_file::save(&folder.join(page::NAME), page)
 }
 
@@ -110,6 +116,10 @@ fn over_values(result: &SweepResult, rows: &[Value], data: &mut PageData) -> Str
             Series::curve(name.as_str(), &x, &y).marked()
         });
         let series: Vec<Series> = series.collect();
+        // Cases without time steps have no number of steps.
+        if all.is_empty() {
+            continue;
+        }
         let axis = Axis::new(key.replace(['*', '{', '}'], ""), "");
         let plot = LinePlot {
             x: if is_wide(&all) { axis.logarithmic() } else { axis },
@@ -154,9 +164,15 @@ fn curves(
     let n_values = records.iter().map(|(_, record)| record.rows.len() * record.columns.len());
     let thinning = n_values.sum::<usize>().div_ceil(MOST_VALUES).max(1);
     let mut figures = Vec::new();
+    let in_space = first_result(folder, rows)["mesh"]["dimension"] == 3;
     for name in names {
         let own: Vec<_> = records.iter().filter(|(_, record)| record.name == *name).collect();
         let columns = own.first().map_or(&[][..], |(_, record)| &record.columns);
+        let abscissa = match columns.first().map(String::as_str) {
+            Some("f") => Abscissa::Frequency,
+            Some("load") => Abscissa::Load,
+            _ => Abscissa::Time,
+        };
         for (j, column) in columns.iter().enumerate().skip(1) {
             let series = own.iter().filter(|(_, record)| record.columns.len() > j);
             let series = series.map(|(case, record)| {
@@ -165,8 +181,8 @@ fn curves(
                 Series::curve(case, &t, &y)
             });
             let plot = LinePlot {
-                x: Axis::new("*t*", "s"),
-                y: Axis::new(label(column), unit(column, is_in_space(folder, &shown))),
+                x: axis(abscissa),
+                y: axis_of(column, abscissa == Abscissa::Frequency, in_space),
                 series: series.collect(),
                 ..LinePlot::default()
             };
@@ -199,12 +215,12 @@ fn curves(
     ))
 }
 
-/// Returns whether the bodies are 3D, which is read from the results of the first case.
-fn is_in_space(folder: &Path, rows: &[&Value]) -> bool {
+/// Returns the result of the first case, or null if it cannot be read.
+fn first_result(folder: &Path, rows: &[Value]) -> Value {
     let number = rows.first().and_then(|row| row["case"].as_u64()).unwrap_or(0);
     let text = std::fs::read_to_string(folder.join(format!("case-{number:04}.json")));
     let record: Option<Value> = text.ok().and_then(|text| serde_json::from_str(&text).ok());
-    record.is_some_and(|record| record["result"]["mesh"]["dimension"] == 3)
+    record.map_or(Value::Null, |mut record| record["result"].take())
 }
 
 #[cfg(test)]

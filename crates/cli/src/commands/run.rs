@@ -230,8 +230,8 @@ fn errors(estimate: &Value) -> String {
         ),
     };
     format!(
-        "\nTime integration errors from a second run at rtol = {:.0e}, underestimated by at most a factor of \
-         {VERIFY_MARGIN}; the mesh error is not included.{cut}\n{}",
+        "\nTime integration errors from a second run at rtol = {:.0e}; the true errors are at most \
+         {VERIFY_MARGIN} times as large. The mesh error is not included.{cut}\n{}",
         estimate["rtol"].as_f64().unwrap_or(f64::NAN),
         table.render(colored_stdout())
     )

@@ -210,6 +210,23 @@ pub(crate) fn unit(name: &str, in_space: bool) -> &'static str {
     ColumnKind::of(name).map_or("", |kind| kind.unit(in_space))
 }
 
+/// Returns the axis of a table column. `is_response` states that the table contains complex amplitudes.
+pub(crate) fn axis_of(column: &str, is_response: bool, in_space: bool) -> Axis {
+    let (value, part) = match column.rsplit_once('_') {
+        Some((value, part)) if is_response => (value, part),
+        _ => (column, ""),
+    };
+    let name = label(value);
+    let (name, unit) = match part {
+        "phase" => (format!("phase of {name}"), "°"),
+        "re" => (format!("Re {name}"), unit(value, in_space)),
+        "im" => (format!("Im {name}"), unit(value, in_space)),
+        "" => (name, unit(value, in_space)),
+        _ => (format!("|{name}|"), unit(value, in_space)),
+    };
+    Axis::new(name, unit)
+}
+
 /// Converts a column name to an axis label, with the component after an underscore as a subscript.
 pub(crate) fn label(name: &str) -> String {
     match name.split_once('_') {
@@ -223,11 +240,20 @@ pub(crate) fn label(name: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::label;
+    use super::{axis_of, label};
 
     #[test]
     fn labels_show_components_as_subscripts() {
         let labels = ["u_y", "p", "stress_xx", "J"].map(label);
         assert_eq!(labels, ["*u*_{y}", "*p*", "stress xx", "*J*"]);
+    }
+
+    #[test]
+    fn columns_of_responses_show_their_part_and_unit() {
+        let axes = ["R_x_phase", "R_x_amplitude", "R_x_im"].map(|name| axis_of(name, true, true));
+        let found = axes.map(|axis| [axis.quantity, axis.unit]);
+        let expected = [["phase of *R*_{x}", "°"], ["|*R*_{x}|", "N"], ["Im *R*_{x}", "N"]];
+        assert_eq!(found, expected);
+        assert_eq!(axis_of("stress_xx", false, true).unit, "Pa");
     }
 }

@@ -107,8 +107,16 @@ impl Source {
         let mut target = &mut self.value;
         let mut path_so_far = String::new();
         for key in path.trim().split(['.', '[', ']']).filter(|key| !key.is_empty()) {
+            let n_entries = target.as_array().map(Vec::len);
             (target, path_so_far) = descend(target, key, &path_so_far).ok_or_else(|| {
-                InputError::new(format!("`{path_so_far}` has no entry `{key}`")).at(&place)
+                let message = format!("`{path_so_far}` has no entry `{key}`");
+                let error = InputError::new(message).at(&place);
+                match n_entries {
+                    Some(n) => error
+                        .found(format!("{n} entries, counted from 0"))
+                        .next(format!("set the whole list `{path_so_far}` to add an entry")),
+                    None => error,
+                }
             })?;
         }
         *target = value;

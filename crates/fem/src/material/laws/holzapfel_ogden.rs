@@ -60,7 +60,7 @@ impl Described for HolzapfelOgden {
                 "k",
                 "",
                 Range::PositiveOrInfinite,
-                "Steepness of the switch; `inf`: a step. A finite value may cause several equilibria",
+                "Steepness of the switch; `inf`: a step. With a finite value, the energy is not convex near the switch, and a load may have several equilibria",
             )
             .or(f64::INFINITY),
             dispersion("dispersion_f", "Dispersion κ_f of the fibers: 0 for aligned, 1/3 for isotropic ones"),
