@@ -117,7 +117,7 @@ impl CondensedSolver {
         match self.relaxation {
             None if self.driven.0.is_empty() => Ok(()),
             None => Err(StepError::Fatal(
-                "the adjoint does not support obstacles under a force: prescribe their displacements instead"
+                "the adjoint does not support obstacles driven by a force: prescribe their displacements instead"
                     .into(),
             )),
             Some(_) => Err(StepError::Fatal(

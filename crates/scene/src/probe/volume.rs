@@ -49,7 +49,7 @@ impl Kind for Volume {
             ));
             let error = error.next(
                 "specify the planes of symmetry, such as symmetry = [\"x\", \"y\"] for planes normal to x and y, or \
-                 symmetry = [] to close the volume with the cone",
+                 symmetry = [] to accept this cone",
             );
             return Err((".group", InvalidPlace::Input(error)));
         }

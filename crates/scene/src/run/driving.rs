@@ -55,8 +55,8 @@ impl DrivingError {
         // A chain at a fixed point may not move at all. The relative error is then not finite.
         (self.relative.is_finite() && is_inaccurate).then(|| {
             format!(
-                "chain `{}`: the error of the driving displacement, about {:.1e} m, changes the oscillators by at most \
-                 {:.1e} of their largest position; decrease integrator.rtol, or use integrator.chains = \"together\"",
+                "chain `{}`: the error of the driving displacement, about {:.1e} m, changes the positions of the \
+                 oscillators by at most {:.1e}, relative to the largest position; decrease integrator.rtol, or use integrator.chains = \"together\"",
                 self.chain, self.displacement, self.relative
             )
         })

@@ -93,7 +93,7 @@ impl Builder<'_> {
             }
             (_, None) => {
                 let error = InputError::new("friction requires a slip velocity")
-                    .next("add `slip_velocity`, a hundredth of the expected velocities");
+                    .next("set `slip_velocity` to about a hundredth of the expected velocities");
                 Err(self.wrong(&path("friction"), error))
             }
             (coefficient, Some(slip_velocity)) => Ok(Some(Friction { coefficient, slip_velocity })),

@@ -92,9 +92,9 @@ impl Builder<'_> {
              terms `Ḣ + H/τ = g Ṡ` require a law with constant coefficients"
         ))
         .next(
-            "remove `prony` there, or let the feedback act on a `group` without `prony`; the tension of \
-             `active` may follow chains where stress relaxes; `viscosity` and `rayleigh_stiffness` can be combined \
-             with feedback",
+            "remove `prony` there, or let the feedback act on a `group` without `prony`. With \
+             `prony`, chains can still control the tension of `active`. Feedback can be combined with `viscosity` and \
+             `rayleigh_stiffness`",
         );
         Err(self.wrong(path, error))
     }

@@ -168,7 +168,7 @@ pub(super) fn without_effect(file: &SceneFile, source: &Value, body: Option<&Bod
         (
             body.is_some_and(is_full),
             &OF_FULL_MATRIX,
-            "feedback on elements that do not drive its chain",
+            "feedback on elements other than those that drive the chain",
         ),
         (has_chains, &["chains"], "chains"),
         (has_chains || file.rod.is_some(), &["oscillators"], "chains or a rod"),

@@ -59,7 +59,7 @@ impl Builder<'_> {
         }
         if chains_that_act(self.file).next().is_some() && !of_equilibrium {
             return wrong(
-                "a body whose tension follows a coherence must start at rest or in equilibrium",
+                "a body whose tension depends on the coherence of a chain must start at rest or in equilibrium",
                 "give [initial_state] type = \"equilibrium\", or remove it",
             );
         }

@@ -35,7 +35,7 @@ pub enum Unsupported {
     #[error("sensitivities do not support friction")]
     Friction,
     #[error(
-        "sensitivities of dynamic and quasi-static analyses do not support obstacles under a force"
+        "sensitivities of dynamic and quasi-static analyses do not support obstacles driven by a force"
     )]
     ObstacleForce,
     #[error("stiffness maps do not support Prony terms")]

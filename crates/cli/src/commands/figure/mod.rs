@@ -186,7 +186,7 @@ impl Options {
 }
 
 fn needed<T>(run: &Option<T>) -> anyhow::Result<&T> {
-    run.as_ref().context("the run of this figure was not computed")
+    run.as_ref().context("the run for this figure has not been computed")
 }
 
 fn draw(numbers: &[u8], set: &[String], options: &Options, command: &str) -> anyhow::Result<Exit> {
