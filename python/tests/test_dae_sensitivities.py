@@ -524,3 +524,22 @@ def test_initial_sensitivities_of_variables_at_zero_are_accurate_for_small_toler
     )  # fmt: skip
     # Rounding is below 1e-8 of the effect of the increments.
     np.testing.assert_allclose(s.dy_dp[:, 0, 0], np.r_[np.zeros(n), np.ones(n)], atol=1e-7)
+
+
+def test_sensitivities_that_shorten_the_steps_of_bdf_are_named():
+    def robertson(t, y, yp, p):
+        a, b, c = y
+        return [yp[0] + p[0] * a - p[2] * b * c, yp[1] - p[0] * a + p[2] * b * c + p[1] * b**2, a + b + c - 1]
+
+    def df_dp(t, y, yp, p):
+        a, b, c = y
+        return np.array([[a, 0, -b * c], [-a, b**2, b * c], [0, 0, 0]])
+
+    # For p₁ = 0, ∂a/∂p₁ and ∂b/∂p₁ grow to 2e8 and cancel up to ∂c/∂p₁ = ∫b² dt with b = 1 − exp(−p₀ t).
+    common = {"parameters": [0.04, 0.0, 1e4], "df_dp": df_dp, "rtol": 1e-6, "atol": 1e-9, "max_steps": 4000}
+    stopped = solve_dae(robertson, (0, 1e3), [1, 0, 0], [-0.04, 0.04, 0], "bdf", **common)
+    assert stopped.status == -1 and "Radau" in stopped.message and "sensitivities" in stopped.message
+    finished = solve_dae(robertson, (0, 1e3), [1, 0, 0], [-0.04, 0.04, 0], "radau5", **common)
+    exact = 1e3 - 2 / 0.04 + 1 / 0.08
+    # The guide states 100 tolerances for Radau IIA.
+    assert finished.success and abs(finished.dy_dp[2, 1, -1] - exact) < 1e-4 * exact

@@ -11,6 +11,11 @@ use crate::problem::PythonDae;
 pub(super) trait Sensitivities<I> {
     fn n_parameters(&self) -> usize;
 
+    /// Returns whether the errors of the sensitivities limit the step size.
+    fn are_in_error_test(&self) -> bool {
+        false
+    }
+
     /// Returns the number of evaluations of F, for difference quotients, that the statistics of the integrator exclude.
     fn difference_evaluations(&self) -> u64 {
         0
@@ -48,6 +53,10 @@ pub(super) struct IdaSensitivities {
 impl Sensitivities<IdaSolver<PythonDae>> for IdaSensitivities {
     fn n_parameters(&self) -> usize {
         self.n_parameters
+    }
+
+    fn are_in_error_test(&self) -> bool {
+        true
     }
 
     fn follow(&mut self, _: &mut IdaSolver<PythonDae>) -> Result<(), Failure> {

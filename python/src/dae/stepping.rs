@@ -163,8 +163,13 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
                 if request.max_steps.is_some_and(|most| n_steps == most / 2) {
                     t_halfway = t;
                 }
-                (request.max_steps == Some(n_steps))
-                    .then(|| (-1, limit_reached(request, n_steps, [t_halfway, t])))
+                (request.max_steps == Some(n_steps)).then(|| {
+                    let reason = match sensitivities.are_in_error_test() {
+                        true => SENSITIVITIES,
+                        false => CHATTERING,
+                    };
+                    (-1, limit_reached(request, n_steps, [t_halfway, t], reason))
+                })
             }
             Outcome::Root { crossings, .. } => {
                 let crossed = (0..crossings.len()).filter(|&k| crossings[k] != 0);
@@ -302,21 +307,33 @@ fn has_raised(problem: &PythonDae) -> bool {
     raised.unwrap_or_else(PoisonError::into_inner).is_some()
 }
 
-/// Returns the message for a step limit that was reached at `t`. The first half of the steps reached `t_halfway`.
-fn limit_reached(request: &Request, n_steps: usize, [t_halfway, t]: [f64; 2]) -> String {
+/// Possible reason why steps become much shorter.
+const CHATTERING: &str = "F may switch back and forth at every step (chattering), for instance as dry friction or a relay \
+     without hysteresis does: make the switch smooth, or end at an event and restart after it. An input with kinks, or \
+     with rounding errors near them, has the same effect: list their times in `breaks`, and compute it without \
+     cancellation";
+/// Possible reason why steps become much shorter if BDF tests the errors of sensitivities.
+const SENSITIVITIES: &str = "BDF also tests the errors of the sensitivities; use a Radau method, whose steps do not depend \
+     on them, or compute without `parameters` to see whether the solution alone needs short steps";
+
+/// Returns the message for a step limit that was reached at `t`. The first half of the steps reached `t_halfway`. If the
+/// steps have become much shorter in the second half, the message names a possible `reason`.
+fn limit_reached(
+    request: &Request,
+    n_steps: usize,
+    [t_halfway, t]: [f64; 2],
+    reason: &str,
+) -> String {
     let (t0, _) = request.t_span;
     let limit = match request.has_default_limit {
         true => "the default of max_steps",
         false => "max_steps",
     };
     let mut message = format!("the limit of {n_steps} steps ({limit}) was reached at t = {t}");
-    // The steps have become much shorter in the second half.
     if n_steps > 1 && (t - t_halfway).abs() < 0.1 * (t_halfway - t0).abs() {
-        message += ": the last half of them covers less than a tenth of the time covered by the first half. F may \
-                    switch back and forth at every step (chattering), for instance as dry friction or a relay without \
-                    hysteresis does: make the switch smooth, or end at an event and restart after it. An input with \
-                    kinks, or with rounding errors near them, has the same effect: list their times in `breaks`, and \
-                    compute it without cancellation";
+        message += &format!(
+            ": the last half of them covers less than a tenth of the time covered by the first half. {reason}"
+        );
     }
     message
 }
