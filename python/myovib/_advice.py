@@ -355,6 +355,8 @@ def _failed_error_tests(ending: Ending) -> Advice | None:
         f"BDF failed {solution.netf} error tests in {solution.nsteps} steps: {other}a Radau method may "
         "need far fewer steps"
     )
+    if len(ending.facts.ends) == 2:
+        text += "; if inputs jump, list the times of the jumps in `breaks`"
     if structure and structure.undetermined():
         text += (
             "; a larger `atol` may also help, or new variables for the combinations of derivatives in F, such as "
