@@ -1,9 +1,9 @@
 """Differential-algebraic equations and constrained soft-tissue mechanics.
 
-`solve_dae` integrates custom systems F(t, y, y') = 0 of index up to 3, with the BDF
-method of SUNDIALS' IDAS or with Radau IIA of order 5, 9 or 13. `Scene` computes
-soft-tissue mechanics: meshes, materials, loads and chains of oscillators. Its results
-are bitwise equal to those of the program `myovib`.
+`solve_dae` integrates user-defined systems F(t, y, y') = 0 of index up to 3, with the BDF
+method of SUNDIALS' IDAS or with Radau IIA of order 5, 9 or 13. `Scene` simulates the
+mechanics of soft tissue with meshes, materials, loads and chains of oscillators. The
+program `myovib` computes bitwise equal results.
 """
 
 try:

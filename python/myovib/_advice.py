@@ -26,14 +26,13 @@ START = (
 # Recommended width, in tolerances, of smooth functions that replace jumps. All methods can integrate such functions.
 WIDTH = 100.0
 
-# Recommended width of smooth functions that replace kinks. Of 36 runs of a rectifier, 9 stopped if the width was 1
-# tolerance, and one stopped if it was 10 or 100 tolerances.
+# Recommended width of smooth functions that replace kinks. Of 36 runs of a rectifier, 9 stopped at a width of 1
+# tolerance, but only one stopped at a width of 10 or 100 tolerances.
 SMOOTH = "10 to 100 tolerances"
 
-# If a listed break is closer to a jump than this fraction of the span, the break is considered to be meant for this
-# jump.
+# Distance, as a fraction of the span, below which a listed break is considered to be meant for a jump.
 NEAR = 1e-6
-# Relative tolerance from which on tighter tolerances improve difference quotients.
+# Relative tolerance at or above which tighter tolerances are suggested to improve difference quotients.
 LOOSE = 1e-5
 
 # If the first 100 steps cover less than this fraction of the span, the steps are too short from the start.
@@ -55,7 +54,7 @@ class Facts(NamedTuple):
     has_wrong_velocities: bool
     has_jacobian: bool
     has_sensitivities: bool
-    # Description of missing, wrong or excessive indices; empty if all are right.
+    # Description of indices that are missing, wrong or too high; empty if all are right.
     index_note: str
     span: float
     # Whether `t_eval` replaces the steps in the results.
@@ -71,7 +70,7 @@ class Facts(NamedTuple):
 
 
 class Ending:
-    """End of an integration, with the properties of F and of the solution there. They are computed when they are needed."""
+    """End of an integration, with properties of F and of the solution there, which are computed when they are needed."""
 
     def __init__(self, solution: DaeSolution, residual: Function, rtol: float, atol: Array, facts: Facts) -> None:
         self.solution, self.residual, self.rtol, self.atol, self.facts = solution, residual, rtol, atol, facts
@@ -87,7 +86,7 @@ class Ending:
         return float(stopped[1] if stopped else self.solution.t[-1])
 
     def structure_at(self, k: int) -> Structure | None:
-        """Return the structure of the equations at the state with the number k."""
+        """Return the structure of the equations at state number k."""
         t, y, yp = self.solution.t[k], self.solution.y[:, k], self.solution.yp[:, k]
         return Structure.at(self.residual, t, y, yp, self.rtol * np.abs(y) + self.atol, pattern=self.facts.pattern)
 
@@ -101,7 +100,7 @@ class Ending:
 
     @cached_property
     def earlier(self) -> list[tuple[int, Structure]]:
-        """Structures at some states before the last one, with the numbers of the states, if the integration failed."""
+        """Numbers of some states before the last one and the structures there, if the integration failed."""
         if not self.has_failed:
             return []
         last = len(self.solution.t)
@@ -113,12 +112,12 @@ class Ending:
         """Description of equations that do not determine all variables; empty if there are none."""
         # A state that Newton's method or the error test does not accept may be far from the solution.
         described = describe_singular(self.structure) if all(describe_singular(other) for _, other in self.earlier) else ""
-        # Close to a pole, the largest terms hide the others.
+        # Close to a pole, the largest terms hide the other terms, so the description must also hold at the start.
         return described if not (described and self.steep) or describe_singular(self.at_start) else ""
 
     @cached_property
     def hidden(self) -> list[int]:
-        """Variables of an index above 1, for BDF."""
+        """Variables whose index is above 1, for BDF."""
         found = self.structure.of_higher_index if self.structure and self.is_bdf else []
         if found and self.steep and self.at_start:
             return [j for j in found if j in self.at_start.of_higher_index]
@@ -156,18 +155,18 @@ class Ending:
 
 
 class Advice(NamedTuple):
-    """Reason of a failure with remedies."""
+    """Reason for a failure, with remedies."""
 
     text: str
-    # Whether the remedies that the integrator suggests remain in the message.
+    # Whether to keep the integrator's own remedies in the message.
     is_guess: bool = False
 
 
 def advise(ending: Ending) -> str | None:
     """Return advice, if any, for an integration that ended early, failed many error tests or is limited by rounding of t.
 
-    If the solution ended early, the advice is also added to its message. It replaces the remedies that the integrator
-    suggests there, unless the advice is a guess.
+    If the integration ended early, the advice is also added to the message of the solution. There, it replaces the
+    remedies that the integrator suggests, unless the advice is a guess.
     """
     solution = ending.solution
     if not solution.t.size or not (ending.has_failed or ending.fails_many_error_tests or ending.is_late):
@@ -309,7 +308,7 @@ def _kink(ending: Ending) -> Advice | None:
         f"by a smooth function over {SMOOTH}, or change the equations at one of the `events`"
     )
     has_jacobian = ending.facts.has_jacobian
-    # With outputs, an exact Jacobian stops Radau IIA at most kinks.
+    # With `t_eval`, Radau IIA with an exact Jacobian stops at most kinks.
     if has_jacobian or ending.is_bdf or not ending.facts.has_outputs:
         text += ", or call without `jacobian`" if has_jacobian else ", or give the exact `jacobian`"
     return Advice(text)
@@ -345,8 +344,8 @@ def _nonlinear_rates(ending: Ending) -> Advice | None:
 def _failed_error_tests(ending: Ending) -> Advice | None:
     if not ending.fails_many_error_tests:
         return None
-    # This occurs, for example, if a variable amplifies the errors of others. The error estimate of BDF is small
-    # while the step size is constant. Each longer step then fails, and the order remains 1.
+    # This occurs, for example, if a variable amplifies the errors of other variables: the error estimate of BDF is
+    # small while the step size is constant, but each longer step fails, and the order remains 1.
     solution, structure = ending.solution, ending.structure
     excluded = np.array(ending.facts.suppress or np.zeros(ending.n, bool))
     algebraic = np.flatnonzero(structure.algebraic & ~excluded).tolist() if structure else []
@@ -384,8 +383,8 @@ def _possible_kink(ending: Ending) -> Advice | None:
     return Advice(text + "call without `jacobian`", is_guess=True)
 
 
-# Functions that return advice if they recognize the reason of a failure. The first reason that applies is reported, so certain
-# and specific reasons precede guesses.
+# Functions that return advice if they recognize the reason for a failure. The first reason that applies is reported, so
+# certain and specific reasons precede guesses.
 FAILURES = (
     _varying_effects,
     _wrong_index,
@@ -408,14 +407,14 @@ FAILURES = (
     _possible_kink,
 )
 
-# The same for reasons of many steps in an integration that reached its end.
+# Functions that return advice if they recognize why an integration that reached its end took many steps.
 SLOWNESS = (_hidden_in_error_test, _late_times, _failed_error_tests)
 
 
-# A variable acts on F weakly at some states and strongly at others if a change by its size changes F by more than this factor
-# times the change that the derivative predicts. The factor is 1 for linear functions, about 2 for a sum of a variable and
-# its cube, and e^x/x for diodes at x thermal voltages. The derivative is computed with increments of the given fraction of
-# the size.
+# Ratio above which the effect of a variable on F is considered to vary strongly: the change of F if the variable changes by
+# its typical size, divided by the change that the derivative predicts. The ratio is 1 for linear functions, about 2 for the
+# sum of a variable and its cube, and e^x/x for diodes at x thermal voltages. The derivative is computed with increments of
+# FRACTION times the size.
 STRONGER = 10.0
 FRACTION = 0.01
 
@@ -423,8 +422,8 @@ FRACTION = 0.01
 def _nonlinear(ending: Ending) -> list[int]:
     """Return the algebraic variables of index 2 whose effect on F varies by orders of magnitude.
 
-    Where F depends on such a variable strongly, its index is 1. An example is the voltage of a diode, which conducts only at
-    some times. Error tests for index 2 then allow errors that F magnifies.
+    An example is the voltage of a diode, which conducts only at some times. Where F depends strongly on such a variable,
+    the index of the variable is 1, and error tests for index 2 allow errors that F magnifies.
     """
     solution, residual, facts, n = ending.solution, ending.residual, ending.facts, ending.n
     if n > LARGE:
@@ -467,7 +466,7 @@ def describe_singular(structure: Structure | None) -> str:
 def explain(
     initial: str, residual: Function, t: float, y: Array, yp: Array, tolerance: Array, pattern: Pattern | None
 ) -> str:
-    """Explain why no consistent initial values are found; empty if the reason is unknown."""
+    """Explain why no consistent initial values are found; return an empty string if the reason is unknown."""
     structure = Structure.at(residual, t, y, yp, tolerance, pattern=pattern)
     if structure is None:
         return ""

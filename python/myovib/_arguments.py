@@ -18,9 +18,9 @@ class _Calls:
 
 
 def _with(function: Callable[..., Any], args: Sequence[Any], name: str, calls: _Calls | None = None) -> Function:
-    """Return a function of t, y, yp that passes copies, which `function` may change, and additional arguments.
+    """Return a function of t, y, yp that calls `function` with copies of y and yp and with the additional arguments.
 
-    If `calls` is given, the calls are counted.
+    `function` may therefore change its arguments. If `calls` is given, it counts the calls.
     """
 
     def call(t: float, y: Array, yp: Array) -> Any:
@@ -57,7 +57,7 @@ def _in_bytes(function: Function, n: int, name: str = "residual") -> Any:
 
 
 def _real(name: str, values: Any) -> Array:
-    """Return the values as real numbers. NumPy would drop imaginary parts with only a warning, and masks silently."""
+    """Return the values as real numbers. NumPy would drop imaginary parts with only a warning, and would drop masks silently."""
     if np.ma.is_masked(values):
         raise ValueError(f"{name} has masked entries: must be real numbers")
     try:
@@ -136,7 +136,7 @@ def _pattern(sparsity: Any, n: int) -> tuple[NDArray[np.int64], NDArray[np.int64
     return offsets, entries % n
 
 
-# Number of rows above which the pattern of sparse matrices is used. With fewer rows, full matrices cost little.
+# Number of rows above which the pattern of sparse matrices is used. For fewer rows, full matrices are inexpensive.
 LARGE = 200
 
 
@@ -166,7 +166,7 @@ def _pattern_of_jacobian(
 
 
 class _Jacobian:
-    """Jacobian function of the user, called such that the values are returned in the order of the pattern."""
+    """Wrapper of the user's Jacobian that returns the values in the order of the pattern."""
 
     def __init__(self, function: Function, pattern: Any, n: int) -> None:
         self.function, self.n = function, n
@@ -226,7 +226,7 @@ class _Events:
         self.terminal = [_terminal(k, getattr(f, "terminal", None)) for k, f in enumerate(given)]
 
     def terminal_after(self, crossings: list[Any]) -> list[int]:
-        """Return how many more occurrences of each event end the integration; 0 if the event does not end it."""
+        """Return after how many more occurrences each event ends the integration; 0 if the event does not end it."""
         past = [sum(c[0] == k for c in crossings) for k in range(len(self.functions))]
         return [count and count - done for count, done in zip(self.terminal, past)]
 

@@ -1,4 +1,4 @@
-"""Values after a break, at which inputs may jump."""
+"""Values of y and y' after a break, at which inputs may jump."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ DESCENT = 0.1
 CONVERGED = 0.0033
 # Relative increment of difference quotients.
 ROOT = float(np.sqrt(np.finfo(float).eps))
-# Largest relative rounding error of values computed from differences in time, and largest relative error of
-# the equations that they solve.
+# Largest relative rounding error of values that are computed from differences in time, and largest relative residual
+# of the equations for these values.
 ROUNDED = 1e-7
 UNSOLVED = 1e-6
 # Smallest reported error of an initial value, in tolerances. Global errors are up to 100 tolerances.
 FAR = 100.0
 # Number of trials with random changes of a state.
 TRIALS = 4
-# Largest increment of differences in time, as a fraction of the duration of a part.
+# Largest increment of differences in time, as a fraction of the duration of the part between two breaks.
 SHORT = 1e-5
 # Largest change of a variable within this increment, as a fraction of the size of the variable.
 MOTION = 1e-3
@@ -46,15 +46,15 @@ def values_after(
     span: float,
     free_rates: tuple[bool, bool],
 ) -> State | None:
-    """Return y and y' after a break between the first two times. The next break is after the third time.
+    """Return y and y' at the first time after a break.
 
-    The values are those at the second time. The state from before the break is kept if the jump of F is not larger than the
-    effect of changes of y and y' within the tolerances. Otherwise, y changes within the null space of dF/dy', and y'
-    changes in its complement. The combinations of y whose derivatives F contains are therefore continuous. Derivatives
-    that F does not contain satisfy the derivative of F = 0. They are computed if the method uses them and dF/dy' is
-    singular. `free_rates` contains these two conditions, the second one for the start of the integration. After a jump,
-    dF/dy' at the second time is examined instead. Returns None if no solution is found, for example if the index is
-    above 1.
+    `times` contains the last time before the break, the first time after it, and the last time before the next break. The
+    state from before the break is kept if changes of y and y' within the tolerances change F at least as much as the jump.
+    Otherwise, y changes within the null space of dF/dy', and y' changes in the complement of this space. The combinations of
+    y whose derivatives F contains are therefore continuous. Derivatives that F does not contain are computed from the
+    derivative of F = 0 if the method uses them and dF/dy' is singular. `free_rates` contains these two conditions, of which
+    the second refers to the start of the integration; after a jump, dF/dy' is examined again. Returns None if no solution
+    is found, for example if the index is above 1.
     """
     (before, after, _), (y, yp), (rtol, atol) = times, state, tolerances
 
@@ -93,10 +93,10 @@ def _with_free_rates(
     tolerances: tuple[float, Array],
     structure: Structure,
 ) -> Array:
-    """Return y', in which the part that F does not contain is computed from the derivative of F = 0 at the first time.
+    """Return y' with the part that F does not contain computed from the derivative of F = 0 at `times[0]`.
 
-    BDF predicts the first step with these derivatives, and the error test fails if they are wrong. Returns y' itself if
-    F = 0 does not determine this part, or if F has a kink at y.
+    BDF predicts the first step with these derivatives, and the error test fails if they are wrong. Returns y' unchanged if
+    the derivative of F = 0 does not determine this part, or if F has a kink at y.
     """
     (y, yp), (rtol, atol) = state, tolerances
     correct = _correction(structure)
@@ -123,7 +123,7 @@ def _derivative(
     state: State,
     tolerances: tuple[float, Array],
 ) -> Array:
-    """Return the derivative of F along the direction (1, y', 0) at the first time, computed by forward differences."""
+    """Return the derivative of F along the direction (1, y', 0) at `times[0]`, computed by forward differences."""
     (t, end), (y, yp), (rtol, atol) = times, state, tolerances
     size = np.abs(y) + atol / rtol
     motion = MOTION * np.divide(size, np.abs(yp), out=np.full(len(y), np.inf), where=yp != 0.0).min()
@@ -144,10 +144,9 @@ def _solve(
     tolerances: tuple[float, Array],
     scales: tuple[float, Array],
 ) -> tuple[State, Structure] | None:
-    """Apply the damped Newton method with a new matrix in each step. Return y and y' and the last matrices.
+    """Apply the damped Newton method with a new matrix in each step. Return y and y', and the last matrices.
 
-    The scales are the duration of the integration, and the change of F when y and y' change within
-    the tolerances.
+    `scales` contains the duration of the integration, and the change of F if y and y' change by the tolerances.
     """
     (y, yp), (rtol, atol), (span, effect) = state, tolerances, scales
     last = np.inf
@@ -206,7 +205,7 @@ def _correction(structure: Structure) -> Callable[[Array], State] | None:
 
 
 def _ranges(matrix: Array) -> tuple[Array, Array, int]:
-    """Return left singular vectors, a basis, and the rank r. The basis vectors from index r on span the null space."""
+    """Return left singular vectors, a basis, and the rank r. The basis vectors after the first r span the null space."""
     columns = np.abs(matrix).max(axis=0)
     columns = 1.0 / np.where(columns > 0.0, columns, 1.0)
     lefts, values, rights = np.linalg.svd(matrix * columns)
@@ -219,10 +218,10 @@ def values_of_index_2(
     state: State,
     tolerances: tuple[float, Array],
 ) -> State | None:
-    """Return y and y' at the first time, where F = 0 and its derivative determine a part of y (index 2).
+    """Return y and y' at `times[0]` for index 2, where F = 0 and its derivative determine a part of y.
 
-    Differences in time do not extend beyond the second time. Returns None if no solution is found, for example if the
-    index is above 2.
+    Differences in time do not extend beyond `times[1]`. Returns None if no solution is found, for example if the index
+    is above 2.
     """
 
     def evaluate(t: float, y: Array, yp: Array) -> Array:
@@ -252,11 +251,11 @@ def values_of_index_2(
 
 
 def _correction_of_index_2(structure: Structure, left: State, tolerances: State) -> State | None:
-    """Return corrections of y and y' from F and its derivative along y'; None if these do not determine y.
+    """Return corrections of y and y' from F and its derivative along y'; None if F and this derivative do not determine y.
 
-    y changes within the null space of F_y'. After projection onto the left null space of F_y', the derivative F_t + F_y
-    y' + F_y' y'' does not contain y''. F = 0 and its derivative may be violated by as much as the tolerances of y and
-    y' allow.
+    y changes within the null space of F_y'. The projection of the derivative F_t + F_y y' + F_y' y'' onto the left null
+    space of F_y' does not contain y''. F and its projected derivative may differ from 0 by as much as the tolerances of y
+    and y' allow.
     """
     rows = np.maximum(np.abs(structure.df_dyp).max(axis=1), np.abs(structure.df_dy).max(axis=1))
     if not rows.all():
@@ -290,7 +289,7 @@ def jumping_from_start(
 ) -> Array:
     """Return whether each variable is far from the value that F = 0 and its derivative determine for index 2."""
     (t, end), (y, yp), (rtol, atol) = limits, start, tolerances
-    # Both increments must be shorter than the time in which inputs change.
+    # The values must not depend on the length of the increment in time, which they do if inputs change faster.
     found = [values_of_index_2(residual, (t, t + part * (end - t)), (y, yp), tolerances) for part in (1.0, 1e-2)]
     if found[0] is None or found[1] is None:
         return np.zeros(len(y), dtype=bool)

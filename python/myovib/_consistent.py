@@ -18,12 +18,12 @@ Array = NDArray[np.float64]
 ITERATIONS = 30
 # Relative increment of central differences: the cube root of the rounding error.
 DIFFERENCE = 6e-6
-# Singular values below this fraction of the largest count as zero. The errors of gradients are far smaller.
+# Singular values below this fraction of the largest count as zero. The relative errors of gradients are much smaller.
 RANK = 1e-7
-# Largest error of a constraint considered satisfied, relative to its gradient and the size of the positions.
-# Terms of the constraint may be larger than this product, for example if q contains small displacements.
+# Largest residual of a constraint that is considered satisfied, relative to its gradient times the size of the
+# positions. Terms of the constraint may be larger than this product, for example if q contains small displacements.
 ROUNDING = 1e-8
-# Largest relative error of the derivative of a constraint considered satisfied.
+# Largest relative residual of the derivative of a constraint that is considered satisfied.
 RATE = 1e-6
 
 
@@ -36,8 +36,8 @@ def consistent_start(
 ) -> tuple[Array, Array]:
     """Move positions and velocities onto a position constraint g(t, q) = 0.
 
-    Both are changed as little as possible: q by Newton's method, and v such that dg/dt
-    + (dg/dq) v = 0. Derivatives are computed by central differences, which have a
+    Both q and v are changed as little as possible: q by Newton's method, and v such that
+    dg/dt + (dg/dq) v = 0. Derivatives are computed by central differences, which have a
     relative error of about 1e-10. Constraints may be redundant.
 
     Parameters
@@ -50,8 +50,8 @@ def consistent_start(
         Time.
     time_scale : float
         Time in which g changes appreciably, for example 1/(2 pi f) for a support that
-        moves with the frequency f. Differences in time are computed over 6e-6 of this
-        time.
+        oscillates with the frequency f. Differences in time have increments of 6e-6
+        times this value.
 
     Returns
     -------

@@ -53,10 +53,10 @@ __all__ = ["DaeSolution", "DenseOutput", "solve_dae"]
 
 METHODS = ("bdf", "ida", "radau5", "radau9", "radau13")
 
-# Default step limit. A typical integration needs fewer steps; this number takes about a minute.
+# Default step limit. Typical integrations need fewer steps; so many steps take about a minute.
 MAX_STEPS = 200_000
 
-# Step limit if an integration that stopped is repeated from its last output.
+# Step limit when a failed integration is repeated from its last output.
 MOST_AGAIN = 1000
 
 # Smallest relative tolerance. SciPy raises smaller tolerances to the same value.
@@ -130,12 +130,12 @@ def solve_dae(
     t_span : (float, float)
         Start and end of the integration. With "bdf", the end may be before the start.
     y0, yp0 : array_like, shape (n,)
-        Solution and derivative at the start. They must be consistent unless
-        `initial` requests a correction. Radau methods with `index` move values that
-        violate constraints by less than the tolerances onto the constraints. Equations
-        that contain derivatives are not checked; a wrong `yp0` then appears in the first
-        column of `yp`. A warning names multipliers of index 2 and 3 that jump in the first
-        step; for "bdf", only up to 200 variables.
+        Solution and derivative at the start. They must be consistent unless `initial`
+        requests a correction. If values violate constraints by less than the tolerances,
+        Radau methods with `index` move them onto the constraints. Equations that contain
+        derivatives are not checked, so a wrong `yp0` appears in the first column of `yp`.
+        A warning names multipliers of index 2 and 3 that jump in the first step (for
+        "bdf", only in systems of at most 200 variables).
     method : {"bdf", "radau5", "radau9", "radau13"}
         BDF of order 1 to 5, for index 0 and 1 (and index 2 with the algebraic
         components excluded from the error test, see `suppress`), or Radau IIA of
@@ -147,7 +147,7 @@ def solve_dae(
         entry that seems wrong.
     sparsity : array_like or sparse matrix, shape (n, n), optional
         Common pattern of dF/dy and dF/dy'. It is nonzero for each entry that may be
-        nonzero at any time, including the diagonal if equation i contains y_i or y'_i.
+        nonzero at any time, also on the diagonal if equation i contains y_i or y'_i.
         By default, it is the pattern at the start of a sparse `jacobian` with more than
         200 rows; otherwise, matrices are full. Without `jacobian`, the pattern is
         compared with the residual only at the start, and a `ValueError` names an entry
@@ -172,7 +172,7 @@ def solve_dae(
         for an interval, the event is at the start of the interval. The attributes are
         the same as in `solve_ivp`: ``terminal`` (a bool, or the number of the
         occurrence that ends the integration) and ``direction`` (the sign of the
-        change). A zero at the start of the integration is not reported. A zero at its
+        change). A zero at the start of the integration is not reported. A zero at the
         end is reported unless rounding errors keep the number from reaching zero. A
         change of sign at a break is an event at the break.
     rtol, atol : float; float or array_like, shape (n,)
@@ -181,16 +181,17 @@ def solve_dae(
     t_eval : array_like, optional
         Output times, which must be finite and sorted in the direction of integration. A
         time may be repeated. By default, the outputs are at the ends of all steps. The
-        output at a break has the values before it. A warning names values that violate an
-        equation without derivatives by more than 1000 tolerances (20 000 at index 2 and 3).
+        output at a break has the values before it. A warning names an equation without
+        derivatives if the outputs violate it by more than 1000 tolerances (20 000 at index
+        2 and 3).
     dense_output : bool
         Whether the result contains `sol`.
     first_step, max_step : float, optional
         Size of the first step and maximum step size. The step size is controlled by
         errors at the times at which F is evaluated. An input that acts or oscillates
-        between these times is missed: limit the step to a fraction of the duration or
-        period of the input. A warning names an equation that is not satisfied within
-        one of the first steps.
+        only between these times is missed: limit the step size to a fraction of the
+        duration or period of the input. A warning names an equation that is not satisfied
+        within one of the first steps.
     max_order : int, optional
         Maximum order of "bdf"; 5 by default.
     max_steps : int or inf, optional
@@ -198,7 +199,7 @@ def solve_dae(
     breaks : array_like, optional
         Times at which an input jumps or has a kink. The integration stops there and starts
         again. The functions are not called within a few rounding errors of these times, so
-        that each step covers only one side of the jump. At index 0 and 1, `y` and `yp` are
+        each step covers only one side of the jump. At index 0 and 1, `y` and `yp` are
         kept if F does not jump there by more than the tolerances allow; otherwise algebraic
         variables and derivatives are computed again. The derivatives of algebraic
         variables, which "bdf" uses in the first step, are always computed again if there
@@ -209,7 +210,7 @@ def solve_dae(
     initial : {"given", "algebraic", "states"}
         Values that are corrected at the start so that F = 0. "given": none;
         "algebraic": the algebraic components and the derivatives of the other
-        components (index 1); "states": all of y.
+        components (index 1); "states": all components of y.
     args : sequence, optional
         Additional arguments that are passed to `residual`, `jacobian` and `events`
         after ``t, y, yp``.
@@ -222,16 +223,16 @@ def solve_dae(
     df_dp : callable, optional
         ``df_dp(t, y, yp, p)`` returns dF/dp, with the shape (n, k). It is compared with
         differences in the middle and at the end of the solution; `status` is -1 if it
-        looks wrong. By default, central differences are used, with increments of 6e-6
-        ``|p_j|``. If p_j is 0, or rounding would lose this increment, the increment is
-        chosen at the start so that the quotient is accurate, in any unit; if F does not
-        depend on p_j = 0 there, it is 6e-6.
+        looks wrong. By default, central differences with increments of 6e-6 ``|p_j|`` are
+        used. If p_j is 0, or this increment would be lost by rounding, an increment for
+        which the quotient is accurate is chosen at the start, in any unit of p_j. If F
+        does not depend on p_j = 0 there, the increment is 6e-6.
     dy0_dp : array_like, shape (n, k), optional
         Derivatives of `y0` with respect to the parameters; zero by default. At index 0
         and 1, rows of algebraic variables are computed if n is at most 200, or `sparsity`
-        is given. A `ValueError` names an equation without derivatives that they violate,
-        or a constraint on positions of index 3 whose time derivative they violate (n at
-        most 200). Rows of multipliers of index 2 and 3 are not checked.
+        is given. A `ValueError` is raised if the values contradict an equation without
+        derivatives or, at index 3 with n at most 200, the time derivative of a position
+        constraint. Rows of multipliers of index 2 and 3 are not checked.
 
     Returns
     -------
@@ -244,8 +245,8 @@ def solve_dae(
     RuntimeError
         If the initial values violate an equation without derivatives by more than the
         tolerances, and `initial` does not correct them; if no consistent initial values
-        are found; or if the integrator rejects a setting. If this occurs after a break,
-        the result up to the break is returned instead, with `status` -1.
+        are found; or if the integrator rejects a setting. If one of these errors occurs
+        after a break, the result up to the break is returned instead, with `status` -1.
 
     Examples
     --------
@@ -346,7 +347,7 @@ def solve_dae(
         "first_step": None if first_step is None else float(first_step),
         "max_step": None if max_step is None or np.isinf(max_step) else float(max_step),
         "max_order": int(max_order),
-        # With any time that scales with the unit of time, the steps are independent of this unit.
+        # Any value that is proportional to the duration makes the steps independent of the unit of time.
         "time_scale": abs(t_end - t0),
         "max_steps": limit,
         "has_default_limit": max_steps is None,
@@ -504,7 +505,7 @@ def solve_dae(
             notes.append(wrong)
             if solution.success:
                 solution.status, solution.message = -1, f"{solution.message}, but `dy_dp` may be wrong: {wrong}"
-    # A higher index and an input that acts between the stages cause similar errors.
+    # An index above 3 causes errors similar to those of an input that acts between the stages.
     notes += [] if is_of_index_4 and not solution.success else [text for _, text in of_functions]
     jumping = []
     if family == "bdf" and excluded is not None and initial == "given" and structure and structure.of_higher_index:
@@ -513,7 +514,7 @@ def solve_dae(
     if is_hidden and family != "bdf" and indices is not None and not facts.has_wrong_velocities:
 
         def repeated(h: float | None) -> DaeSolution | None:
-            """Return the solution in the first steps if the size of the first step is h."""
+            """Return the solution in the first steps, with a first step of size h."""
             return steps_with({"first_step": h, "max_steps": 6, "dense": False}, ends[:2], (start, rates))
 
         # With output times, the result does not contain the steps.
@@ -554,7 +555,7 @@ def _checked_choices(
 
 
 def _recoverable(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the function with failures in place of its exceptions, for states that may be outside of its domain."""
+    """Return a function that raises `StepFailure` instead of other exceptions, for states that may be outside of its domain."""
 
     def call(*arguments: Any) -> Any:
         try:
@@ -579,9 +580,9 @@ def _integrate_parts(
 ) -> tuple[dict[str, Any], tuple[float, float]]:
     """Integrate the parts between breaks one after the other.
 
-    If `positions` marks variables, the function reports velocities that jump at a break because of the constraints on
-    these variables. Returns the joined results, and the first and the last time at which the functions may be evaluated
-    in the last part.
+    If `positions` marks variables, a warning is added for velocities that must jump at a break to satisfy the constraints
+    on these variables. Returns the joined results, and the first and the last time at which the functions may be
+    evaluated in the last part.
     """
     residual, matrices, watched, sensitivities = functions
     y, yp = start
@@ -637,7 +638,7 @@ def _integrate_parts(
                 }
             )
         except (_native.StepFailure, RuntimeError) as error:
-            # The traceback of an exception from a user's function contains the frames of that function.
+            # If a user's function raised the exception, the traceback contains the frame of that function.
             is_of_user = error.__traceback__ is not None and error.__traceback__.tb_next is not None
             if isinstance(error, _native.StepFailure):
                 # The derivative with respect to a parameter raised this exception, outside of the integration.
@@ -703,8 +704,8 @@ def _expect_consistent(structure: Structure, residual: Function, t: float, toler
         )
 
 
-# Rate of a position constraint above which the velocities are reported as inconsistent. The unit is the change of the
-# rate when the velocities change within the tolerances.
+# Rate of a position constraint above which the velocities are reported as inconsistent, in units of the change of the
+# rate if the velocities change by the tolerances.
 FAR = 10.0
 
 
@@ -717,7 +718,7 @@ class _PositionConstraints(NamedTuple):
     # equations.
     changing: list[int]
     rates: Array
-    # yp0, in which the rates of positions follow from the velocities.
+    # yp0, with the rates of positions computed from the velocities.
     yp: Array
 
     @classmethod
@@ -729,9 +730,9 @@ class _PositionConstraints(NamedTuple):
         positions: NDArray[np.bool_],
         tolerances: tuple[Array, Array],
     ) -> _PositionConstraints | None:
-        """Return the constraints on the variables that `positions` marks, or None if F cannot be evaluated near the start.
+        """Check the constraints on the variables that `positions` marks; return None if F cannot be evaluated near the start.
 
-        The limits are the start and the end of the part between breaks. The tolerances are given for y and for yp.
+        `limits` contains the start and the end of the part between breaks, and `tolerances` those of y and yp.
         """
         (t0, t_end), (y, yp) = limits, start
 
@@ -756,7 +757,7 @@ class _PositionConstraints(NamedTuple):
 
         try:
             given = evaluate(t0, y, yp)
-            # The displacements differ between variables, so that they do not cancel in an equation.
+            # The changes differ between variables, so that they do not cancel in an equation.
             golden = (np.sqrt(5.0) - 1.0) / 2.0
             sizes = 1.0 + golden * np.arange(2 * len(y)).reshape(2, -1) % 1.0
             others = np.where(positions, y, y + sizes[0] * (1.0 + np.abs(y)))
@@ -788,7 +789,7 @@ def _changing_after(
 ) -> list[tuple[str, str]]:
     """Describe the constraints that the velocities satisfy before a break and violate after it.
 
-    The limits are the first and the last time of each of the two parts.
+    `limits` contains the first and the last time of the part before the break and of the part after it.
     """
     (y, yp), (of_part_before, of_part) = state, limits
     rtol, atol = request["rtol"], np.array(request["atol"])
@@ -811,10 +812,9 @@ def _changing_after(
 
 
 def _with_kinematic_rates(residual: Callable[[Array], Array], yp: Array, positions: NDArray[np.bool_]) -> Array:
-    """Return yp, in which the rates of positions follow from the linear equations that contain no other derivatives.
+    """Return yp with the rates of positions computed from the linear equations that contain no other derivatives.
 
-    Returns yp itself if these equations do not determine all rates, or if there are more
-    than LARGE positions.
+    Returns yp unchanged if these equations do not determine all rates, or if there are more than LARGE positions.
     """
     where = np.flatnonzero(positions)
     if len(where) > LARGE:

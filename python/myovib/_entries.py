@@ -1,4 +1,4 @@
-"""Notes on wrong or missing entries of Jacobians, and on Jacobians that are sparse."""
+"""Notes on wrong or missing entries of Jacobians, and on sparse Jacobians."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ._solution import Array, DaeSolution, Function
 from ._stops import FREQUENT, STOPPED, fails_to_converge
 from ._structure import Pattern, Structure
 
-# Fraction of nonzero entries below which `sparsity` is recommended, and number of columns from which it is estimated.
+# Fraction of nonzero entries below which `sparsity` is recommended, and number of columns used to estimate this fraction.
 SPARSE = 0.1
 SAMPLED = 8
 
@@ -33,7 +33,7 @@ def share_of_entries(residual: Function, t: float, y: Array, yp: Array) -> float
     return share if share < SPARSE else None
 
 
-# Distance, in tolerances, between the two states at which a Jacobian is compared with differences after the last step.
+# Distance, in tolerances, between the two states near the stop at which a Jacobian is compared with difference quotients.
 MOVED = 10.0
 
 def wrong_entry(
@@ -60,7 +60,7 @@ def wrong_entry(
     stopped = STOPPED.match(solution.message)
     if is_stopped and stopped and solution.t.size:
         y, yp = solution.y[:, -1].copy(), solution.yp[:, -1].copy()
-        # A kink of F does not affect the same entry in both states.
+        # A kink of F does not affect the same entry at both states.
         states += [(float(stopped[1]), y + c * (rtol * np.abs(y) + atol), yp) for c in (0.0, MOVED)]
     for t, y, yp in states:
         # F may be nonlinear within a tolerance, so smaller increments are used.

@@ -26,7 +26,7 @@ Experiment = Data | tuple[Data, Mapping[str, Any]]
 
 
 class SensitivityResult(_Stored):
-    """Outputs of a scene and their derivatives with respect to its parameters. Can be pickled.
+    """Outputs of a scene and their derivatives with respect to its parameters. It can be pickled.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class SensitivityResult(_Stored):
     outputs, parameters : list of str
     values : ndarray, shape (m, outputs)
     derivatives : ndarray, shape (m, outputs, parameters)
-        For the parameter κ, the derivatives are with respect to 1/κ.
+        For the bulk modulus κ, the derivatives are with respect to 1/κ.
     scales : ndarray, shape (parameters,)
         Typical sizes of the parameters.
     importance : ndarray, shape (outputs, parameters)
@@ -72,7 +72,7 @@ class SensitivityResult(_Stored):
 
 
 def by_element(document: dict[str, Any]) -> dict[str, Array]:
-    """Return the sensitivities of each output in the document of a stiffness map."""
+    """Return the sensitivities of each output to the stiffness of each element, from the document of a stiffness map."""
     return {output["name"]: _numbers(output["elements"]) for output in document["outputs"]}
 
 
@@ -89,8 +89,8 @@ class FitResult(_Stored):
     message : str
         Reason why the fit ended.
     values, standard_errors : dict of float
-        Values and standard errors by the names of the parameters; κ is replaced by 1/κ. The error is
-        None for a parameter that does not affect any measurement.
+        Values and standard errors by parameter name; for the bulk modulus κ, they are those of 1/κ. The
+        error is None for a parameter that does not affect any measurement.
     intervals : dict of tuple
         95 % intervals. They are computed from the profile likelihood if it was requested, otherwise from
         the standard errors. An open end is None.
@@ -156,7 +156,7 @@ class FitResult(_Stored):
 def experiments(
     data: Experiment | list[Experiment], folder: Path
 ) -> list[tuple[Path, Mapping[str, Any]]]:
-    """Return the file and the changed values of each experiment. Columns are first written to files in `folder`."""
+    """Return the file and the changed values of each experiment. Data in memory are first written to files in `folder`."""
     files = []
     for k, one in enumerate(data if isinstance(data, list) else [data], start=1):
         measured, changes = one if isinstance(one, tuple) else (one, {})

@@ -16,20 +16,20 @@ Array = NDArray[np.float64]
 # Highest index that Radau methods support.
 HIGHEST = 3
 
-# Positions of the first stages in a step. Rounding errors are divided by the square of the distance between stages.
+# Positions of the first stages, relative to the step size. Rounding errors are divided by the squares of these numbers.
 FIRST_STAGES = {"radau5": 0.155, "radau9": 0.0571, "radau13": 0.0293}
 
-# Ratio above which the initial value of a multiplier is considered wrong: the distance of the initial value from an
-# extrapolation, divided by the change of the extrapolation from degree 3 to degree 4.
+# Ratio above which the initial value of a multiplier is considered wrong: distance of the initial value from an
+# extrapolated value, divided by the change of the extrapolated value between degrees 3 and 4.
 JUMP = 20.0
 
-# Factors by which the first step is shortened when the first steps are repeated. HALF causes other rounding errors, and
-# SHORT resolves a fast motion within the step.
+# Factors by which the first step is shortened when the first steps are repeated. With HALF, rounding errors change; with
+# SHORT, the steps resolve a fast motion.
 HALF, SHORT = 0.5, 1e-3
 
 
 def listed(numbers: list[int]) -> str:
-    """Return a list as text. Of a long list, only the first numbers are shown."""
+    """Return a list as text. If the list is long, only the first numbers are shown."""
     return str(numbers) if len(numbers) < 10 else f"{str(numbers[:6])[:-1]}, … ({len(numbers)} in total)]"
 
 
@@ -90,8 +90,8 @@ def jumping_multipliers(
     """Return the variables of the highest index whose initial values are far from an extrapolation of the first steps.
 
     ``repeated(h)`` returns the solution with a first step of size h. The first values may contain rounding errors,
-    which change with the steps, or belong to a fast motion, which shorter steps resolve. In contrast, a jump remains
-    if the steps change.
+    which change with the steps, or belong to a fast motion, which shorter steps resolve. A jump, however, remains if
+    the step size changes.
     """
     if not _has_first_steps(solution):
         return []
@@ -130,7 +130,7 @@ def _extrapolated(solution: Any) -> list[Array]:
 
 
 def _rounding(structure: Structure | None, solution: Any, stage: float) -> Array | float:
-    """Return the errors of variables caused by rounding errors of the equations; divided by h² for index 3."""
+    """Return the errors of variables that rounding errors of the equations cause: at index 3, rounding errors divided by h²."""
     inverse = structure.inverse(1.0 / np.abs(np.diff(solution.t[:6])).min()) if structure else None
     if structure is None or inverse is None:
         return 0.0

@@ -1,4 +1,4 @@
-"""Kinks, jumps, poles and rounded times near the end of an integration, found by evaluations of F."""
+"""Kinks, jumps, poles and effects of rounded times near the end of an integration, found by evaluations of F."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ def growing(solution: DaeSolution, indices: list[int] | None) -> list[int]:
         sizes[np.array(indices) > 1] = 0.0
     if sizes.shape[1] < 10:
         return []
-    # Most steps may be close to a pole, or within the second half of the time.
+    # Most steps may be close to a pole, so only the first half of the time is used. If it contains few steps, the first
+    # five states are used.
     is_before = np.abs(solution.t - solution.t[0]) <= 0.5 * abs(solution.t[-1] - solution.t[0])
     is_before[:5] = True
     before = np.median(sizes[:, is_before], axis=1)
@@ -36,8 +37,8 @@ def growing(solution: DaeSolution, indices: list[int] | None) -> list[int]:
     return np.flatnonzero((before > 0) & (sizes[:, -1] > GROWTH * before)).tolist()
 
 
-# Relative change of derivatives, and relative second difference of F from which on F is considered nonlinear in y'. The latter
-# is 0.05 for a square.
+# Relative change of derivatives, and relative second difference of F above which F is considered nonlinear in y'. The
+# relative second difference of a square is 0.05.
 CHANGED, CURVED = 0.1, 1e-3
 
 
@@ -51,11 +52,11 @@ def is_nonlinear_in_rates(residual: Function, solution: DaeSolution) -> bool:
     return bool((np.abs(high - 2.0 * middle + low) > CURVED * np.abs(high - low)).any())
 
 
-# Distances, in tolerances, within which kinks of F are searched for, and smallest relative change of slope at a kink.
+# Distances, in tolerances, within which to search for kinks of F, and smallest relative change of slope at a kink.
 DISTANCES = (0.01, 0.1, 1.0, 10.0, 100.0)
 BEND = 0.1
-# Further distances for variables that are small at the last state, and their limit, relative to the largest value. A kink is
-# found within 1/16 of two successive distances.
+# Further distances for variables that are small at the last state, and the limit of these distances, relative to the largest
+# value of the variable. A kink is found if it is within 1/16 of two successive distances.
 FURTHER, NEARBY = (1e3, 1e4, 1e5), 0.1
 
 
@@ -90,7 +91,7 @@ def kinked(residual: Function, solution: DaeSolution | None, rtol: float, atol: 
     return np.flatnonzero(found).tolist()
 
 
-# Distances from the last time, in units of its rounding error, within which jumps are searched for.
+# Distances from the last time, in units of its rounding error, within which to search for jumps.
 INSTANTS = (1e3, 1e4, 1e5, 1e6)
 # Number of bisections that locate a jump.
 BISECTIONS = 20
@@ -140,8 +141,8 @@ def jumping(
 
 def _jumps(function: Callable[[float], Array], distance: float) -> Array:
     """Return the jump of each component within this distance of 0, or 0 if the component changes as much elsewhere."""
-    # The interval is not symmetric, so that its bisection avoids the value at 0, which functions such as sign define
-    # separately.
+    # The interval is not symmetric, so bisection never evaluates the function at 0, where functions such as sign have
+    # a separate value.
     a, b = -distance, 1.3 * distance
     left, right = function(a), function(b)
     total, rest = np.abs(right - left), np.zeros(len(left))

@@ -1,4 +1,4 @@
-"""Conversion of arrays and of meshes from other programs to files that scenes can read."""
+"""Conversion of arrays, and of meshes from other programs, to files that scenes can read."""
 
 from __future__ import annotations
 
@@ -63,8 +63,8 @@ def read_mesh(
         value 3 is ``surface 3`` or ``volume 3`` unless the file names it. Sets of cells and points keep their names.
         Cells of the body without a group form the group ``ungrouped``.
     fields
-        Arrays of values at the points. Other cell arrays are excluded. A warning lists these arrays,
-        unless their names contain a colon, as the names of meshio's own arrays do.
+        Arrays of values at the points. Cell arrays other than `group` are excluded. A warning lists them, except
+        arrays with a colon in their names, such as meshio's own arrays.
 
     Example
     -------
@@ -79,7 +79,7 @@ def read_mesh(
             mesh = meshio.read(path)
     except OSError:
         raise
-    # Readers raise errors of any type for damaged files. If no reader accepts the file, meshio exits the interpreter.
+    # Readers raise errors of any type for damaged files. If no reader accepts the file, meshio calls `sys.exit`.
     except (Exception, SystemExit) as error:
         reason = "" if isinstance(error, SystemExit) else f": {error}"
         raise ValueError(f"meshio cannot read {path}{reason}") from error

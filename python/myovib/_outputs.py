@@ -7,15 +7,15 @@ from numpy.typing import NDArray
 
 from ._solution import Array, DaeSolution, Function
 
-# Smallest number of examined outputs, and largest share of the evaluations of F beyond it.
+# Smallest number of outputs to examine. More outputs are examined if this takes at most SHARE of all evaluations of F.
 FEWEST, SHARE = 20, 0.1
 
 # Number of random changes of y within the tolerances.
 CHANGES = 3
 
-# Residuals above which an output is considered wrong at index 0 and 1, and at index 2 and 3, in units of the change if y
-# changes within the tolerances. They are the largest errors that the guide states. Residuals of accurate runs of 60 other
-# problems are at most 51 and 118.
+# Residuals above which an output is considered wrong, at index 0 and 1 and at index 2 and 3, in units of the change of F if y
+# changes by the tolerances. These limits are the largest errors that the guide states. The residuals of accurate runs of 60
+# other problems are at most 51 and 118.
 WRONG, WRONG_OF_HIGHER_INDEX = 1e3, 2e4
 
 
@@ -54,7 +54,7 @@ def violated(
                 changes = np.max([np.abs(evaluate(y + factor * tolerance, yp) - base) for factor in factors], axis=0)
                 ratios = np.where(without_rates & (changes > 0.0), np.abs(base) / changes, 0.0)
                 if ratios.max() > worst:
-                    # Derivatives may occur in the equation at this time only.
+                    # Derivatives may occur in the equation at this time although they do not occur at the start.
                     ratios[evaluate(y, yp + 1.0 + np.abs(yp)) != base] = 0.0
                 if ratios.max() > worst:
                     worst, found = ratios.max(), (int(ratios.argmax()), t)

@@ -1,4 +1,4 @@
-"""Parts of an integration between breaks, and times counted from the start."""
+"""Parts of an integration between breaks, and times that are counted from the start."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ class _End(NamedTuple):
     after: float
 
 
-# Distance between breaks, relative to the largest time, below which they are considered to differ only by rounding
-# errors.
+# Distance between two breaks, relative to the largest time, below which the breaks are considered to differ only by
+# rounding errors.
 CLOSE = 1e-12
 
-# Rounding error of a break, relative to its time or to the span, whichever is larger; it arises, for example, in k P/2
-# and in t/P. The functions are not evaluated within this distance of a break.
+# Rounding error of a break, relative to its time or to the span, whichever is larger. It is caused, for example, by
+# expressions such as k P/2 and t/P. The functions are not evaluated within this distance of a break.
 ROUNDING = 4 * np.finfo(float).eps
 
 
@@ -30,7 +30,7 @@ def _ends_of_parts(breaks: ArrayLike, t0: float, t_end: float) -> list[_End]:
     """Return the ends of the parts between breaks, in the direction of integration.
 
     Breaks that differ only by rounding errors are treated as one break: the functions are
-    evaluated before the first and after the last of these breaks. A break close to an end of
+    evaluated only before the first and after the last of them. A break close to an end of
     the span is moved to this end.
     """
     times = np.unique(np.asarray(breaks, dtype=float))
@@ -40,7 +40,7 @@ def _ends_of_parts(breaks: ArrayLike, t0: float, t_end: float) -> list[_End]:
     if t_end < t0:
         times = times[::-1]
     span = abs(t_end - t0)
-    # The second limit applies to spans shorter than CLOSE times the start time, so that no break is ignored.
+    # The second limit applies to spans that are short compared with the start time. Without it, breaks would be ignored.
     close = min(CLOSE * max(abs(t0), abs(t_end), span), 1e-6 * span)
     groups = np.split(times, np.flatnonzero(np.abs(np.diff(times)) > close) + 1)
     first, last = _End(t0, t0, t0), _End(t_end, t_end, t_end)
@@ -74,8 +74,8 @@ def _within(function: Any, limits: tuple[float, float], origin: float = 0.0) -> 
     return lambda t, y, yp: function(min(max(origin + t, low), high), y, yp)
 
 
-# Ratio of the start time to the span above which times are counted from the start for BDF, because BDF rounds the times
-# but not the steps.
+# Ratio of the start time to the span above which BDF counts times from the start, because BDF rounds the times but not the
+# step sizes.
 LATE = 1e4
 
 

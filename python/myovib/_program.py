@@ -1,4 +1,4 @@
-"""The command line program `myovib`, which is part of the wheel."""
+"""The command-line program `myovib`, which is part of the wheel."""
 
 import signal
 import sys

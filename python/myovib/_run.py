@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 
 class Probe(Mapping[str, Array]):
-    """Table of a probe with named columns: first the time ``t``, or the frequency ``f`` for a response."""
+    """Table of a probe with named columns. The first is the time ``t``, or the frequency ``f`` for a response."""
 
     def __init__(self, names: list[str], rows: Array) -> None:
         self._names, self._rows = names, rows
@@ -86,7 +86,7 @@ LABELS = {"t": "time, s", "f": "frequency, Hz"}
 
 
 class Fields:
-    """Fields on the mesh, which are stored as files for ParaView.
+    """Fields on the mesh, stored as files for ParaView.
 
     ``fields[k]`` returns the arrays at the stored time with the index `k`. `field` and `mesh`
     return the fields at the stored time nearest to a given time.
@@ -179,7 +179,7 @@ class Modes(list[dict[str, Any]]):
     """Lowest modes of a body, one dict per mode.
 
     ``participation`` contains the participation factors φᵀ M r, in √kg (in the plane √(kg/m)). Here, r
-    are unit translations along the axes, and the shapes φ satisfy φᵀ M φ = 1. ``effective_mass``
+    is a unit translation along an axis, and the shapes φ satisfy φᵀ M φ = 1. ``effective_mass``
     contains the squares of these factors.
 
     Attributes
@@ -189,8 +189,8 @@ class Modes(list[dict[str, Any]]):
     mass : float
         Mass of the body (kg; in the plane kg/m).
     preload_time : float or None
-        Time (s) of the loads that act in the equilibrium about which the body vibrates; None
-        if it vibrates about rest.
+        Time (s) at which the loads are evaluated for the equilibrium about which the body vibrates;
+        None if it vibrates about rest.
     """
 
     def __init__(self, document: dict[str, Any], arrays: bytes) -> None:
@@ -207,7 +207,7 @@ class Modes(list[dict[str, Any]]):
         return self._shapes[k]
 
 
-#: Types of numbers in VTU files, which are little-endian.
+#: NumPy types of the little-endian numbers in VTU files.
 KINDS = {"Float64": "<f8", "Int64": "<i8"}
 
 COUNTS = (
@@ -289,7 +289,7 @@ class RunResult(_Stored):
 
     @property
     def continuation(self) -> Probe | None:
-        """Table of a curve of periodic states, whose first column is the parameter; None without curve or folder."""
+        """Table of a curve of periodic states, with the parameter in the first column; None if the folder does not contain it."""
         path = self.folder / "continuation.csv"
         return Probe._read(path) if path.exists() else None
 
@@ -317,8 +317,8 @@ class SweepResult(_Stored):
     Attributes
     ----------
     rows : list of dict
-        For each case: its number, the varied values (``inf`` as text), the outcome, the counters,
-        and, as ``probes``, the last row of each probe.
+        For each case: its number, the varied values (with ``inf`` as text), the outcome, the
+        counters, and the last row of each probe in ``probes``.
     axes : list of str
         Keys that are varied.
     folder : Path

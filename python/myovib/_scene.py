@@ -83,7 +83,7 @@ class Scene:
 
     @property
     def text(self) -> str:
-        """Text of the scene, without the changes of `set`."""
+        """Text of the scene, without the changes made by `set`."""
         text = _native.builtin_text(self._source)
         return Path(self._source).read_text(encoding="utf-8") if text is None else text
 
@@ -121,7 +121,7 @@ class Scene:
     def check(self) -> dict[str, Any]:
         """Inspect the scene before a run: unknowns, index, modes, estimated cost, warnings.
 
-        Ctrl-C raises `KeyboardInterrupt` at once; the inspection then ends in the background.
+        Ctrl-C raises `KeyboardInterrupt` immediately, while the inspection continues in the background.
 
         Returns
         -------
@@ -149,8 +149,8 @@ class Scene:
         """Compute the scene.
 
         Other Python threads continue during the run. Ctrl-C or an exception raised by `progress` ends
-        the run. Its files are kept, and the exception is raised. Notes on the run are issued as
-        warnings.
+        the run; the files of the run are kept, and the exception is raised again. Notes on the run are
+        issued as warnings.
 
         Parameters
         ----------
@@ -199,7 +199,7 @@ class Scene:
         from_neighbor: bool = False,
         progress: Progress = False,
     ) -> SweepResult:
-        """Compute the scene for all combinations of values, with one case per core in parallel.
+        """Compute the scene for all combinations of values, in parallel with one case per core.
 
         Parameters
         ----------
@@ -209,15 +209,15 @@ class Scene:
         out : path-like, optional
             Folder for the cases. By default a temporary folder, removed with the result.
         results : mapping, optional
-            Additional columns that are computed from the probes, as by ``--result
-            name=expression``.
+            Additional columns that are computed from the probes, as ``--result name=expression``
+            does.
         threads : int, optional
             Number of cases that run in parallel. By default, all cores are used.
         overwrite : bool
             Whether to compute finished cases again.
         from_neighbor : bool
-            Whether the search for an equilibrium starts from the result of the case with the preceding
-            value of the last key, instead of from the unloaded body.
+            Whether the search for an equilibrium starts from the result for the preceding value of the
+            last key, instead of from the unloaded body.
         progress : bool or callable
             As for `run`.
 
@@ -246,8 +246,8 @@ class Scene:
         """Compute the lowest eigenmodes of the body.
 
         The modes are linearized about the unloaded state or, with ``scene.set("modes.preload_time", t)``,
-        about the equilibrium under the loads at the time t. Ctrl-C raises `KeyboardInterrupt` at once;
-        the computation then ends in the background.
+        about the equilibrium under the loads at the time t. Ctrl-C raises `KeyboardInterrupt`
+        immediately, while the computation continues in the background.
 
         Parameters
         ----------
@@ -320,8 +320,8 @@ class Scene:
             Folder for the files of ``myovib periodic``. By default a temporary folder, removed
             together with the result.
         continuation : tuple of str, float and float, optional
-            Key of a number in the scene, and two values. The curve of periodic states is followed
-            from the first to the second value, through folds, as by ``--continue KEY=FROM..TO``.
+            Key of a number in the scene, and two values of this number. The curve of periodic states is
+            followed from the first to the second value, through folds, as ``--continue KEY=FROM..TO`` does.
         progress : bool or callable
             As for `run`.
         existing : {"refuse", "overwrite"}
@@ -465,8 +465,8 @@ class Scene:
         max_iterations : int
             Maximum number of iterations per phase, starting point and profile point.
         starts, seed : int
-            Number of starting points, and the seed. The first starting point is that of the scene, and
-            the others are random. The best fit is kept.
+            Number of starting points, and the seed. The first starting point consists of the values in
+            the scene; the others are random. The best fit is kept.
         existing : {"refuse", "overwrite", "resume"}
             Policy for an earlier fit in `out`.
         progress : bool or callable
@@ -507,7 +507,7 @@ class Scene:
 
     def _assign(self, assignment: str) -> None:
         key, _, value = assignment.partition("=")
-        # A new value of a section or list replaces earlier changes of its entries.
+        # A new value of a section or list replaces its entries, including earlier changes.
         entries = (f"{key}.", f"{key}[")
         self._set = {other: text for other, text in self._set.items() if other != key and not other.startswith(entries)}
         self._set[key] = value

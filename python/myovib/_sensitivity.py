@@ -19,32 +19,33 @@ from ._structure import RANK, Structure
 # Relative increment of central differences.
 INCREMENT = float(np.cbrt(np.finfo(float).eps))
 
-# Trial sizes of a parameter whose value is 0, in the order of the search, and the agreement of quotients for three
-# successive sizes at which neither rounding nor nonlinearity matters. The second is for equations with large terms that do
-# not depend on the parameter.
+# Trial sizes of a parameter whose value is 0, in the order of the search, and largest relative differences between quotients
+# for three successive sizes at which neither rounding nor nonlinearity matters. The second limit is for equations with large
+# terms that do not depend on the parameter.
 TRIALS = 10.0 ** np.array(sorted(range(-30, 31, 2), key=abs))
 AGREEMENTS = (1e-6, 1e-3)
 
-# Relative difference of quotients above which increments in proportion to a small parameter are too small.
+# Relative difference of quotients above which increments proportional to a small parameter are considered too small.
 RESOLVED = 1e-2
 
 # Residual of a linearized equation, relative to its largest possible terms, above which the equation is considered
 # violated.
 VIOLATED = 0.05
 
-# Relative difference between an entry of `df_dp` and all quotients above which the entry is considered wrong. It is larger than
-# errors of y', from which the entry may be computed. The quotients for two successive increments must agree.
+# Relative difference between an entry of `df_dp` and all quotients above which the entry is considered wrong, and largest
+# relative difference between quotients for two successive increments that are considered reliable. The first limit is larger
+# than errors of y', from which the entry may be computed.
 WRONG, AGREEMENT = 0.1, 0.05
 
-# Factors of the increments, up to 6 % of the parameter.
+# Factors of the increments. The largest increment is 6 % of the parameter.
 GROWTHS = (1.0, 1e2, 1e4)
 
-# Factors of the increments of derivatives of constraints, and their largest variation, relative to their median, at which
-# they are reliable.
+# Factors of the increments for derivatives of constraints, and largest variation of these derivatives, relative to their
+# median, at which they are considered reliable.
 FACTORS, VARIATION = (0.5, 1.0, 2.0, 4.0), 0.2
 
-# Change of the rate of a constraint, relative to the terms of this rate, considered negligible if a parameter changes by its
-# size.
+# Change of the rate of a constraint that is considered negligible if a parameter changes by its size, relative to the terms
+# of this rate.
 NEGLIGIBLE = 1e-5
 
 # Number of sign patterns from which the largest possible terms of a hidden constraint are estimated.
@@ -76,7 +77,7 @@ class Sensitivities:
         if not np.isfinite(start).all():
             raise ValueError("dy0_dp has non-finite entries")
         self.start = start
-        # Typical sizes for the increments of difference quotients, NaN until they are known, and for the error test.
+        # Typical sizes of the parameters, for difference quotients and for the error test; NaN until they are known.
         self._sizes = np.where(self.parameters == 0.0, np.nan, np.abs(self.parameters))
         self._scales = self._sizes.copy()
 
@@ -115,7 +116,7 @@ class Sensitivities:
             return None
         for at in states:
             for j in range(len(self.parameters)):
-                # The functions of the user may be undefined for other parameters.
+                # The user's functions may be undefined for other parameter values.
                 with suppress(Exception), np.errstate(all="ignore"):
                     if wrong := self._wrong_entry(j, at):
                         row, stated, quotient = wrong
@@ -128,8 +129,8 @@ class Sensitivities:
     def _wrong_entry(self, j: int, at: tuple[float, Array, Array]) -> tuple[int, float, float] | None:
         """Return an entry of column j of `df_dp` that differs from all difference quotients.
 
-        The result is the row, the entry and a quotient. Small increments may be lost by rounding, and quotients of large
-        increments are inaccurate. Functions with kinks have different quotients on the two sides.
+        The result is the row, the entry and a quotient. Several increments are used, because small increments may be lost by
+        rounding, and large increments are inaccurate. Functions with kinks have different quotients on the two sides.
         """
         stated = self.derivatives(*at).reshape(self.n, -1)[:, j]
         middle = self._value(self.parameters, at)
@@ -170,8 +171,8 @@ class Sensitivities:
     ) -> dict[str, Any]:
         """Return the entries of a request to the native module for a part that starts with these `values` of dy/dp.
 
-        `times` are the first and the last time of the part, and the origin from which times are counted. At the start of the
-        first part, the values must satisfy the derivatives of the equations without y'.
+        `times` contains the first and the last time of the part, and the origin from which times are counted. At the start of
+        the first part, the values must satisfy the derivatives of the equations without y'.
         """
         (limits, origin), (y, yp) = times, state
         residual = self._residual_at(self.parameters)
@@ -194,10 +195,10 @@ class Sensitivities:
         }
 
     def _set_scales(self, structure: Structure | None, at: tuple[float, Array, Array]) -> None:
-        """Estimate the sizes of parameters whose value is 0, or so small that increments of this size are lost by rounding.
+        """Estimate the sizes of parameters that are 0, or so small that increments relative to them are lost by rounding.
 
-        Difference quotients are accurate for the size of the increments, which is 1 if a parameter of 0 has no effect at the
-        start. The scale for the error test changes some equation by the size of its terms.
+        The size for increments is chosen so that difference quotients are accurate. It is 1 if a parameter of 0 has no effect
+        at the start. A change by the scale for the error test changes some equation by the size of its terms.
         """
         for j, p in enumerate(np.abs(self.parameters).tolist()):
             if p and self._df_dp is not None:
@@ -224,7 +225,7 @@ class Sensitivities:
                 self._scales[j] = sizes.min()
 
     def _is_smooth(self, j: int, found: tuple[float, Array], at: tuple[float, Array, Array]) -> bool:
-        """Return whether the quotients on both sides of parameter j agree with their mean, as at no kink or limit of F."""
+        """Return whether the quotients on both sides of parameter j agree with their mean. At a kink of F, they do not."""
         size, quotient = found
         with suppress(Exception), np.errstate(all="ignore"):
             changes = []
@@ -237,7 +238,7 @@ class Sensitivities:
         return False
 
     def _resolved(self, j: int, at: tuple[float, Array, Array]) -> tuple[float, Array] | None:
-        """Return the magnitude of parameter j, as close to 1 as possible, at which difference quotients are accurate, and the quotient."""
+        """Return the size of parameter j closest to 1 for which difference quotients are accurate, and the quotient."""
         if self._df_dp is not None:
             quotient = self.derivatives(*at).reshape(self.n, -1)[:, j]
             return (1.0, quotient) if quotient.any() else None
@@ -247,7 +248,7 @@ class Sensitivities:
             if size not in quotients:
                 self._sizes[j] = size
                 quotients[size] = np.full(self.n, np.nan)
-                # The trial size may be outside of the domain of F, or vanish beside the parameter.
+                # The changed parameter may be outside of the domain of F, or the increment may be lost by rounding.
                 with suppress(Exception), np.errstate(all="ignore"):
                     quotients[size] = self._quotient(j, *at)
             return quotients[size]
@@ -262,7 +263,7 @@ class Sensitivities:
     def _expect_consistent(self, structure: Structure, at: tuple[float, Array, Array], values: Array) -> None:
         """Reject values that do not satisfy the derivatives of the equations without y'."""
         df_dp = self.derivatives(*at).reshape(values.shape)
-        # The errors of zero entries are as large as the increments.
+        # The errors of zero entries of df_dy are as large as the increments.
         rows = abs(structure.df_dy) @ np.ones(self.n)
         size = rows[:, None] * np.abs(values).max(axis=0) + np.abs(df_dp)
         is_violated = np.abs(structure.df_dy @ values + df_dp) > VIOLATED * size
@@ -284,8 +285,8 @@ class Sensitivities:
     ) -> None:
         """Reject values that do not satisfy the derivatives of the hidden constraints on velocities at index 3.
 
-        These are the derivatives with respect to time of constraints on positions, which contain neither algebraic variables
-        nor variables that `is_hidden` marks, those of an index above 1. Large sparse systems are not examined.
+        Hidden constraints are the time derivatives of constraints on positions. These contain neither algebraic variables nor
+        the variables of an index above 1, which `is_hidden` marks. Large sparse systems are not examined.
         """
         if not isinstance(structure.df_dyp, np.ndarray):
             return
@@ -296,7 +297,7 @@ class Sensitivities:
         (y, yp), t = state, limits[0]
         df_dp = self.derivatives(t, y, yp).reshape(values.shape)
         rates = np.linalg.lstsq(structure.df_dyp, -(structure.df_dy @ values + df_dp), rcond=RANK)[0]
-        # F = 0 need not hold for the given y'.
+        # The given y' need not satisfy F = 0, so it is corrected.
         left = _real("residual", self._residual_at(self.parameters)(t, y, yp))
         yp = yp - np.linalg.lstsq(structure.df_dyp, left, rcond=RANK)[0]
         size = np.abs(y).max() + np.abs(yp).max() * abs(limits[1] - t)
@@ -320,10 +321,10 @@ class Sensitivities:
                 return (sides[0] - sides[1])[constraints] / (2.0 * step)
 
             zero = np.zeros(self.n)
-            # The functions of the user may be undefined nearby.
+            # The user's functions may be undefined nearby.
             is_violated = np.zeros(constraints.size, dtype=bool)
             with suppress(Exception), np.errstate(all="ignore"):
-                # Rounding errors depend on the increment, and a violation does not.
+                # Rounding errors depend on the increment, but a violation does not.
                 totals = np.array([change(values[:, j], rates[:, j], 1.0, factor * step) for factor in FACTORS])
                 total = np.median(totals, axis=0)
                 is_reliable = np.ptp(totals, axis=0) <= VARIATION * np.abs(total)
@@ -341,9 +342,9 @@ class Sensitivities:
                 )
 
     def _consistent(self, structure: Structure | None, at: tuple[float, Array, Array], values: Array) -> tuple[Array, Array]:
-        """Return dy/dp and its derivative with respect to time at the start of a part, each (n, parameters).
+        """Return dy/dp and its derivative with respect to time at the start of a part, each of shape (n, parameters).
 
-        At index 0 and 1, the rows of algebraic variables follow from the other rows. Otherwise, `values` are returned
+        At index 0 and 1, the rows of algebraic variables are computed from the other rows. Otherwise, `values` is returned
         unchanged, and the derivatives are zero.
         """
         if structure is None:

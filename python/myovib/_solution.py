@@ -15,7 +15,7 @@ Function = Callable[[float, Array, Array], Any]
 
 @dataclass
 class DenseOutput:
-    """Solution as a continuous function, which consists of the polynomials of the steps.
+    """Solution as a continuous function, with one polynomial per step.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class DenseOutput:
         step = np.minimum(step, len(self._ends) - 1)
         a, b = self._ends[step].T
         x = (2.0 * times - a - b) / (b - a)
-        # In barycentric interpolation, Chebyshev nodes have alternating weights, which are halved at the ends.
+        # The barycentric weights of Chebyshev nodes alternate in sign and are halved at the ends.
         weights = (-1.0) ** np.arange(len(self._nodes))
         weights[[0, -1]] *= 0.5
         distance = x[:, None] - self._nodes
@@ -98,8 +98,8 @@ class DaeSolution:
     dy_dp : ndarray, shape (n, parameters, m), or None
         Derivatives of `y` with respect to `parameters`.
     nfev, njev, nlu : int
-        Numbers of all evaluations of the residual (including finite differences and
-        checks) and of the Jacobian, and number of setups of the linear solver.
+        Number of evaluations of the residual (including finite differences and checks),
+        of evaluations of the Jacobian, and of setups of the linear solver.
     nsteps, nni, netf, ncfn, ngev : int
         Numbers of steps, Newton iterations, error test failures, nonlinear solver
         failures, and event evaluations.

@@ -26,10 +26,10 @@ MOST_GROUPS = 100
 # Number of random vectors from which null spaces and the sizes of inverses are estimated.
 SAMPLES = 4
 
-# Number of repetitions after which parts that belong to singular values above 3 RANK are negligible.
+# Number of iterations after which the components for singular values above 3 RANK are negligible.
 REPEATS = 3
 
-# Relative change of a matrix, and the largest relative change of its inverse that this may cause.
+# Relative change of a matrix, and largest relative change of the inverse that it may cause.
 PERTURBATION, CHANGE = 1e-13, 1e-3
 
 # Number of sweeps that scale rows and columns in turn.
@@ -39,8 +39,8 @@ SWEEPS = 50
 class SparseStructure(Structure):
     """Sparse matrices dF/dy and dF/dy' at (t, y, yp).
 
-    Null spaces and the sizes of inverses are estimated from random vectors, which are the same
-    in each call.
+    Null spaces and the sizes of inverses are estimated from random vectors, which are the same in
+    every call.
     """
 
     @classmethod
@@ -121,7 +121,7 @@ class SparseStructure(Structure):
         """Return None: the inverse of a large matrix is not computed."""
 
     def contradiction(self, evaluate: Callable[[Array], Array], tolerance: Array) -> None:
-        """Return None: combinations of equations are only examined in small systems."""
+        """Return None: combinations of equations are examined only in small systems."""
 
     def _combined(self, of: Structure) -> Any:
         is_algebraic = self.algebraic.astype(float)
@@ -170,10 +170,10 @@ class SparseStructure(Structure):
             return np.zeros(n_columns, dtype=bool)
         rows = abs(matrix).max(axis=1).toarray().ravel()
         matrix = sparse.diags(1.0 / np.where(rows > 0.0, rows, 1.0)) @ matrix
-        # If columns have the length 1, ε² below is not lost in the rounding errors of AᵀA.
+        # The columns are scaled to length 1, so that ε² below is not lost in the rounding errors of AᵀA.
         columns = np.sqrt(np.asarray(matrix.multiply(matrix).sum(axis=0)).ravel())
         matrix = matrix @ sparse.diags(1.0 / np.where(columns > 0.0, columns, 1.0))
-        # The iteration x ← ε² (AᵀA + ε²)⁻¹ x removes the parts of random vectors outside of the null space of A.
+        # The iteration x ← ε² (AᵀA + ε²)⁻¹ x removes the components of random vectors outside of the null space of A.
         regular = RANK**2 * sparse.identity(n_columns)
         extended = sparse.bmat([[sparse.identity(n_rows), matrix], [matrix.T, -regular]], format="csc")
         try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-# Message of IDAS if all attempts at the first step fail the error test. The group is the step size of the last attempt.
+# Message of IDAS if all attempts at the first step fail the error test. The group matches the step size of the last attempt.
 FAILED_AT_START = re.compile(r"after 0 steps .*error_test_failures.* h = -?([-+.\de]+), the error test")
 
 # Beginning of messages that contain the time of the last step. This time may be after the last output time.
@@ -13,11 +13,11 @@ STOPPED = re.compile(r"(?:stopped|the limit .* was reached) at t = ([-+.\de]+)")
 # Beginning of the message if no consistent values are found after a break.
 VALUELESS = "no consistent initial values"
 
-# Parts of the message if steps become too short, and if no step is accepted.
+# Part of the message if steps become too short, and part of the message if no step is accepted.
 TOO_SMALL = "step_too_small"
 NO_STEPS = "after 0 steps"
 
-# Number of steps per failure of Newton's iteration below which the Jacobian may be inaccurate.
+# Number of steps per failure of Newton's method below which the Jacobian may be inaccurate.
 FREQUENT = 5
 
 

@@ -20,7 +20,7 @@ LARGEST = 200
 # digits.
 RANK = 1e-7
 
-# Entries of a null vector count as zero up to this size, if the vector has the length 1.
+# Entries of a null vector of length 1 count as zero up to this size.
 PART = 1e-3
 
 # Error of an inverse, in units of the rounding error, above which the inverse is not used.
@@ -31,25 +31,26 @@ CLEAR = 0.05
 # Relative increments of forward differences, and of differences of order 4.
 SMALL, FOURTH_ORDER = float(np.sqrt(np.finfo(float).eps)), 3e-5
 
-# Bend of F between increments in both directions, relative to its change, above which F may have a kink.
+# Second difference of F for increments in both directions, relative to its changes, above which F may have a kink.
 BEND = 1e-6
 
-# Changes of F, in units of its rounding, from which increments are large enough, and factor by which others are enlarged.
+# Change of F, in units of its rounding error, above which an increment is large enough, and factor by which smaller
+# increments are enlarged.
 RESOLVED, ENLARGEMENT = 1e8, 1e4
 
-# Factors of the increments of the two accurate matrices that decide whether a matrix is singular, relative change of their
-# entries, and largest relative difference of solutions with both matrices. The errors of accurate quotients are about
-# 1e-11 of the terms of F, and truncation errors of order 4 differ by a factor of 8 between the increments.
+# Two accurate matrices decide whether a matrix is singular: factors of their increments, random relative change of their
+# entries, and largest relative difference between the two solutions. The errors of accurate quotients are about 1e-11 of
+# the terms of F, and truncation errors of order 4 differ by a factor of 8 between the increments.
 PARTS, PERTURBED, AGREEMENT = (1.0, 0.6), 1e-11, 0.01
 
 # Exponents of the values of c for which the size of the inverse of dF/dy + c dF/dy' is computed.
 EXPONENTS = np.arange(12, -9, -1)
 
-# Residual of a combination of equations above which y is considered to violate it, as for single equations. The unit is
-# the change of the combination when y changes within the tolerances.
+# Residual of a combination of equations above which y is considered to violate it, in units of the change of the
+# combination if y changes by the tolerances. The limit for single equations is the same.
 VIOLATED = 2.0
 
-# Changes of derivatives that must not change a combination. They are multiplied by 1 plus the size of the derivative.
+# Changes of derivatives, in units of 1 plus the size of the derivative, which must not change a combination of equations.
 SIZES = (-1e3, -1.0, -1e-3, 1e-3, 1.0, 1e3)
 
 # Entries above this limit occur if a function overflows.
@@ -63,7 +64,7 @@ class Structure:
     df_dyp: Any
     # Variables whose derivatives do not occur in F.
     algebraic: NDArray[np.bool_]
-    # Returns an accurate structure at the same state; the argument is a factor of the increments.
+    # Returns a structure with accurate matrices at the same state; the argument is a factor of the increments.
     accurate: Callable[[float], Structure | None]
 
     def __init__(
@@ -104,19 +105,19 @@ class Structure:
         self.algebraic = self._is_algebraic()
 
     def _set_state(self, y: Array, yp: Array, tolerance: Array, is_accurate: bool, part: float) -> None:
-        """Set the state, and the increments for all variables and derivatives, which are multiplied by `part`."""
+        """Set the state, and the increments for all variables and derivatives. All increments are multiplied by `part`."""
         self.state, self.is_accurate = (y.copy(), yp.copy()), is_accurate
         relative = FOURTH_ORDER if is_accurate else SMALL
         of_rates = np.full(len(y), 1e-3 * np.abs(yp).max() or 1.0)
         self.sizes = (part * np.maximum(relative * np.abs(y), tolerance), part * of_rates)
-        # The motion has only one direction at a kink.
+        # At a kink, the derivative in the direction of motion is required.
         self.signs = np.where(is_accurate & (yp < 0.0), -1.0, 1.0)
 
     def _change(self, moved: Callable[[float], Array], base: Array) -> Array:
-        """Return the change of F per increment: the forward difference or, if it is to be accurate, that of order 4.
+        """Return the change of F per increment: a forward difference, or a difference of order 4 for accurate matrices.
 
-        `moved(k)` returns F after k increments. At kinks, the derivative along the increment is returned. At the edge of the
-        domain of F, only shorter increments in one direction may be possible.
+        `moved(k)` returns F after k increments. At kinks, the difference is one-sided. At the edge of the domain of F, only
+        shorter increments in one direction may be possible.
         """
         if not self.is_accurate:
             return moved(1.0) - base
@@ -124,7 +125,8 @@ class Structure:
             ahead, behind, twice_ahead, twice_behind = (moved(k) - base for k in (1.0, -1.0, 2.0, -2.0))
             total = 2.0 / 3.0 * (ahead - behind) - 1.0 / 12.0 * (twice_ahead - twice_behind)
             if np.isfinite(total).all():
-                # At twice the distance, a smooth function bends four times as much, and a kink twice.
+                # At twice the distance, the second difference is four times as large for a smooth function, and twice as
+                # large at a kink.
                 bend, wide = np.abs(ahead + behind), np.abs(twice_ahead + twice_behind)
                 is_kink = (bend > BEND * (np.abs(ahead) + np.abs(behind))) & (wide < 3.0 * bend)
                 return np.where(is_kink, ahead, total)
@@ -143,9 +145,9 @@ class Structure:
     ) -> Array:
         """Return entries of dF/dy; increments whose effect is lost by rounding are enlarged.
 
-        The `places` of the entries are rows and columns. `quotients(sizes, columns)` returns the entries for other increments;
-        entries of other columns and undefined entries are NaN. Only accurate matrices are examined entry by entry, others
-        column by column.
+        `places` contains the rows and columns of the entries. `quotients(sizes, columns)` returns the entries for other
+        increments; entries of other columns and undefined entries are NaN. Accurate matrices are examined entry by entry, and
+        other matrices column by column.
         """
         rows, columns = places
         y, sizes = np.abs(self.state[0]), self.sizes[False]
@@ -191,9 +193,9 @@ class Structure:
     ) -> Structure | None:
         """Return the structure; None if F is undefined near the state, or if a large system has no `pattern`.
 
-        The pattern contains the offsets of the columns and the row of each entry. `tolerance` contains the smallest
-        increments of the variables. Accurate matrices take four times as many evaluations of F. All increments are
-        multiplied by `part`.
+        The pattern contains the column offsets and the row of each entry. `tolerance` contains the smallest increments of
+        the variables. Accurate matrices require four times as many evaluations of F. All increments are multiplied by
+        `part`.
         """
         from ._sparse_structure import SparseStructure
 
@@ -223,12 +225,12 @@ class Structure:
 
     @property
     def differential(self) -> Array:
-        """Return the variables whose derivatives occur in F, beyond rounding errors of the difference quotients."""
+        """Return the variables whose derivatives occur in F. Entries within the rounding errors of quotients are ignored."""
         rows = np.maximum(np.abs(self.df_dy).max(axis=1), np.abs(self.df_dyp).max(axis=1))
         return np.asarray((np.abs(self.df_dyp) > RANK * rows[:, None]).any(axis=0))
 
     def wrong_entries(self, df_dy: Array, df_dyp: Array) -> set[tuple[str, int, int]]:
-        """Return matrix, row and column of each entry that differs from its difference quotient by more than a quarter.
+        """Return the matrix, row and column of each entry that differs from its difference quotient by more than a quarter.
 
         Three kinds of entries are not compared: entries that are negligible in their row, entries that differ only by
         rounding errors, and entries whose quotients depend on the size or the sign of the increment, as at kinks.
@@ -262,7 +264,7 @@ class Structure:
         return bool(max(abs(self.df_dy).max(), abs(self.df_dyp).max()) > HUGE)
 
     def index(self) -> int:
-        """Return the highest index that is determined for any variable; if it is at least 1, it is the index of the equations."""
+        """Return the highest index that is known for a variable; if it is at least 1, it is the index of the equations."""
         return int(self.variable_indices.max())
 
     def has_free_rates(self) -> bool:
@@ -299,16 +301,16 @@ class Structure:
         return np.flatnonzero(columns).tolist(), np.flatnonzero(rows).tolist()
 
     def contradictory(self, initial: str) -> list[int]:
-        """Return the equations in a combination independent of all values that `initial` corrects."""
+        """Return the equations in combinations that do not depend on any value that `initial` corrects."""
         columns = self.df_dy if initial == "states" else self._combined(self)
         return np.flatnonzero(self._null(columns.T)).tolist()
 
     def contradiction(self, evaluate: Callable[[Array], Array], tolerance: Array) -> tuple[list[int], float, float] | None:
-        """Return the combination of equations without derivatives that y violates most, if beyond the tolerance.
+        """Return the combination of equations without derivatives that y violates most.
 
-        ``evaluate(yp)`` returns F at y. Returns the equations, the residual of their combination, and the change of
-        the combination if y changes by the tolerance. Returns None if no combination is violated by more than the
-        tolerance.
+        ``evaluate(yp)`` returns F at y. The result contains the equations, the residual of their combination, and the
+        change of the combination if y changes by the tolerance. It is None if no combination is violated by more than
+        the tolerance allows.
         """
         y, yp = self.state
         base = evaluate(yp)
@@ -361,10 +363,10 @@ class Structure:
 
     @cached_property
     def of_higher_index(self) -> list[int]:
-        """Return the algebraic variables that F = 0 does not determine. Their index is above 1."""
+        """Return the algebraic variables that F = 0 does not determine, and whose index is therefore above 1."""
         columns = self._combined(self)
-        # In the given units, rounding errors of the quotients are small. In balanced units, small entries of null
-        # vectors are significant.
+        # In the given units, rounding errors of the quotients are small. In balanced units, small entries of null vectors
+        # are also detected.
         is_free = (self._null(columns) | self._null(self._balanced(columns))) & self.algebraic
         # Coefficients that differ by more than 1/RANK do not make a matrix singular.
         if is_free.any() and self._has_entries(columns):
@@ -374,7 +376,7 @@ class Structure:
     def _determined(self) -> NDArray[np.bool_]:
         """Return the derivatives and algebraic variables that the linearized F = 0 determines in spite of rounding errors.
 
-        Their values agree if the equations are solved with two accurate matrices whose errors differ.
+        A value is determined if it agrees between solutions with two accurate matrices that have different errors.
         """
         random = np.random.default_rng(0)
         none = np.zeros(len(self.algebraic), dtype=bool)
@@ -391,7 +393,7 @@ class Structure:
         return np.asarray(np.abs(found[1] - found[0]) <= AGREEMENT * np.abs(found[0]))
 
     def _combined(self, of: Structure) -> Any:
-        """Return the columns of dF/dy for algebraic and of dF/dy' for differential variables."""
+        """Return the columns of dF/dy for algebraic variables and of dF/dy' for differential variables."""
         return np.where(self.algebraic, of.df_dy, of.df_dyp)
 
     def solve(self, right: Array) -> Array | None:
@@ -420,7 +422,7 @@ class Structure:
 
     @staticmethod
     def _perturbed(matrix: Array, random: np.random.Generator) -> Array:
-        """Return the matrix with random relative changes and rows whose largest entries are 1."""
+        """Return the matrix with rows scaled to a largest entry of about 1 and with random relative changes."""
         return np.asarray(matrix / np.abs(matrix).max(axis=1, keepdims=True) * _near_one(random, matrix.shape))
 
     @staticmethod
@@ -447,7 +449,7 @@ def _inverse(matrix: Array) -> Array | None:
         inverse = np.linalg.inv(scaled)
     except np.linalg.LinAlgError:
         return None
-    # Error of each entry, in units of the rounding error. Unlike the condition number, it is small for permuted
+    # Error of each entry, in units of the rounding error. Unlike the condition number, this error is small for permuted
     # triangular matrices of any scale.
     sizes = np.abs(inverse)
     errors = sizes @ np.abs(scaled) @ sizes
@@ -459,7 +461,8 @@ def _inverse(matrix: Array) -> Array | None:
 def _balanced(matrix: Array) -> Array:
     """Return the matrix with rows and columns scaled so that its nonzero entries are as close to 1 as possible.
 
-    The sum of the squares of their logarithms is minimal (Curtis, Reid 1972), so the result is independent of units.
+    The sum of the squared logarithms of the entries is minimal (Curtis and Reid 1972), so the result does not depend on
+    units.
     """
     is_nonzero = matrix != 0.0
     logarithms = np.log(np.abs(matrix), out=np.zeros_like(matrix), where=is_nonzero)
