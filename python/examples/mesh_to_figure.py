@@ -1,11 +1,11 @@
-"""From a mesh to a figure: a strip of tissue that is pushed at its top, for two stiffnesses.
+"""From a mesh to a figure: a strip of tissue is pushed at its top, for two stiffnesses.
 
     python mesh_to_figure.py [figure.png]
 
-The mesh is made of arrays. A file of Gmsh can be used instead.
+The mesh is created from arrays. A mesh file from Gmsh can be used instead.
 """
 
-# %% A mesh: 12 x 3 squares of 5 mm, each cut in two triangles
+# %% A mesh: 12 x 3 squares of 5 mm, each cut into two triangles
 import sys
 import tempfile
 from pathlib import Path

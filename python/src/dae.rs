@@ -22,8 +22,8 @@ use result::{Record, in_python, result};
 use sensitivities::{IdaSensitivities, NoSensitivities, PythonParameters};
 use stepping::{correct_start, integrate};
 
-/// Arguments of an integration, which were validated in Python. The callbacks exchange arrays as bytes, because the
-/// stable ABI of Python 3.10 lacks the buffer protocol.
+/// Arguments of an integration, already validated in Python. The callbacks exchange arrays as bytes, because the stable
+/// ABI of Python 3.10 lacks the buffer protocol.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Request {
@@ -54,7 +54,7 @@ pub(crate) struct Request {
     /// Size of the first step, with the direction of the span.
     first_step: Option<f64>,
     max_step: Option<f64>,
-    /// Time scale used to measure the errors of multipliers.
+    /// Time scale for measuring the errors of multipliers.
     time_scale: f64,
     max_order: usize,
     max_steps: Option<usize>,
@@ -62,7 +62,7 @@ pub(crate) struct Request {
     has_default_limit: bool,
     /// One of `given`, `algebraic` and `states`.
     initial: String,
-    /// Whether the multipliers and derivatives at the start are values from before a break.
+    /// Whether the multipliers and derivatives at the start still have their values from before a break.
     after_break: bool,
     /// Whether a variable may have an index above 1 that was not stated.
     may_have_higher_index: bool,
@@ -80,8 +80,8 @@ pub(crate) struct Request {
 
 /// Reason why an integration returns no result.
 enum Failure {
-    /// Python exception for the caller. It was raised by a signal handler or by `on_warning`, or Ctrl-C was pressed
-    /// in a function of the problem.
+    /// Python exception for the caller, raised by a signal handler, by `on_warning`, or by Ctrl-C in a function of the
+    /// problem.
     Raised(PyErr),
     /// An argument is invalid.
     Argument(String),
@@ -136,8 +136,8 @@ fn solve_with(
     tolerances: Tolerances,
 ) -> Result<(Record, usize), Failure> {
     let (t0, y0, y_dot0) = (request.t_span.0, &request.y0, &request.yp0);
-    // The error test ignores excluded variables, so their errors may be arbitrarily large. At index 3, the rounding
-    // errors of velocities are divided by the step size, and the derivatives of velocities have even larger errors.
+    // Excluded variables may have arbitrarily large errors, because the error test ignores them. At index 3, the rounding
+    // errors of velocities are divided by the step size, and the derivatives of velocities are even less accurate.
     let highest = request.index.iter().flatten().max();
     let is_checked = request.suppress.is_none() && highest.is_none_or(|&index| index < 3);
     let known = is_checked.then(|| tolerances.clone());
@@ -167,7 +167,7 @@ fn solve_with(
                 strict_newton: true,
                 // `solve_dae` compares `jacobian` with difference quotients at several states.
                 check_jacobian_at_stop: false,
-                // If `max_step` is given, the steps already resolve the inputs.
+                // If `max_step` is given, the steps are assumed to resolve the inputs.
                 check_within_steps: known.is_some() && request.max_step.is_none(),
                 ..IdaOptions::default()
             };

@@ -17,7 +17,7 @@ create_exception!(
     "Raised for an invalid scene or invalid measurements. The message names the location and the allowed values."
 );
 
-/// Converts an error of the computation of a scene.
+/// Converts an error that occurred in the computation of a scene.
 pub(crate) fn of_scene(error: Error) -> PyErr {
     let cause = std::error::Error::source(&error).map_or(String::new(), |c| format!(": {c}"));
     let text = format!("{error}{cause}");

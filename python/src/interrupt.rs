@@ -14,10 +14,11 @@ const EVERY: Duration = Duration::from_millis(50);
 /// Minimum time between two progress lines.
 const PROGRESS_EVERY: Duration = Duration::from_millis(200);
 
-/// Flags currently unused. The number of all flags grows to the maximum number of simultaneous computations.
+/// Flags that are currently unused. As flags are reused, their total number is the maximum number of simultaneous
+/// computations.
 static FREE: Mutex<Vec<&'static AtomicBool>> = Mutex::new(Vec::new());
 
-/// Flag of one computation. When it is dropped, it is returned to the list of unused flags.
+/// Flag of one computation, which is returned to the list of unused flags when it is dropped.
 struct Flag(&'static AtomicBool);
 
 impl Flag {
@@ -35,8 +36,8 @@ impl Drop for Flag {
     }
 }
 
-/// Calls a Python function with progress lines, at most one every 200 ms; [`report_now`](ProgressSink::report_now) is
-/// exempt from this limit. If the function raises an exception, the computation ends.
+/// Calls a Python function with progress lines, at most once every 200 ms except through
+/// [`report_now`](ProgressSink::report_now). If the function raises an exception, the computation ends.
 struct Progress {
     show: Option<Py<PyAny>>,
     interrupt: &'static AtomicBool,
@@ -68,8 +69,8 @@ impl ProgressSink for Progress {
 
 /// Runs `compute` in a separate thread without the GIL, and calls `show` with its progress.
 ///
-/// The flag of the watcher is set if `show` raises an exception, or if the handler of a signal does, as for Ctrl-C.
-/// `compute` must then end in an orderly way.
+/// If `show` or a signal handler (for example that of Ctrl-C) raises an exception, the interrupt flag of the watcher is
+/// set. `compute` must then end in an orderly way.
 ///
 /// # Errors
 /// Returns the exception that the handler or `show` raised.

@@ -1,6 +1,6 @@
 //! Native part of the Python package `myovib`.
 //!
-//! [`dae`] integrates equations given by Python functions. [`scene`] runs scenes like the command line
+//! [`dae`] integrates equations given by Python functions. [`scene`] runs scenes in the same way as the command-line
 //! program. [`identification`] computes sensitivities and stiffness maps, and fits parameters. [`interrupt`] allows
 //! Ctrl-C to end computations that run without the GIL. The Python interface is in `myovib/`.
 #![deny(unsafe_code)]

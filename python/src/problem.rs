@@ -40,7 +40,7 @@ impl PythonDae {
     ) -> Result<T, StepError> {
         Python::attach(|py| {
             let raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner);
-            // After Ctrl-C, no function is called again, not even for a trial evaluation.
+            // After Ctrl-C, functions are no longer called, not even for a trial evaluation.
             if let Some(error) = &*raised
                 && !error.is_instance_of::<PyException>(py)
             {

@@ -1,4 +1,4 @@
-//! Computation of scenes with the code of the command line program.
+//! Computation of scenes by the code of the command-line program.
 
 use std::ffi::OsString;
 use std::num::NonZeroUsize;
@@ -18,8 +18,8 @@ use pyo3::prelude::*;
 use crate::error::{of_argument, of_command, of_scene};
 use crate::interrupt::{abandonable, interruptible};
 
-/// Runs a scene, writes the results to the folder `out`, and returns the notes. Files are flushed to disk (fsync) only
-/// if `lasting` is true.
+/// Runs a scene, writes the results to the folder `out`, and returns the notes. If `lasting` is true, files are also
+/// flushed to disk (fsync).
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn run(
@@ -147,8 +147,8 @@ pub(crate) fn builtin_text(name: &str) -> Option<&'static str> {
     builtin::find(name).ok().map(|scene| scene.text)
 }
 
-/// Returns the versions of this package, of SUNDIALS and of KLU. If KLU is not used, the last string names its
-/// replacement.
+/// Returns the versions of this package, of SUNDIALS and of KLU. If KLU is not used, the last string names the solver
+/// that replaces it.
 #[pyfunction]
 pub(crate) fn versions() -> (&'static str, String, String) {
     let versions = myovib_scene::versions::Versions::found();
@@ -156,7 +156,7 @@ pub(crate) fn versions() -> (&'static str, String, String) {
     (versions.myovib, versions.sundials, klu)
 }
 
-/// Runs the command line program with these arguments and returns its exit code.
+/// Runs the command-line program with these arguments and returns its exit code.
 #[pyfunction]
 pub(crate) fn program(py: Python<'_>, arguments: Vec<OsString>) -> i32 {
     myovib_cli::interrupt::install();

@@ -1,5 +1,5 @@
-//! Benchmarks of residual, tangents, factorization and solve on the paper's mesh, and of one second of each row of
-//! Table 2. They run with `cargo bench`.
+//! Benchmarks of the residual, the tangents, the factorization and the solve on the paper's mesh, and of one second of
+//! simulation for rows of Table 2. Run them with `cargo bench`.
 #![allow(clippy::unwrap_used, reason = "a bench is a test")]
 
 use std::hint::black_box;

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::{BenchArgs, fastest_document, give, goes_on};
 
-/// Title, scene and overrides of a case, and its variants of the chains with their overrides.
+/// A case: title, scene, overrides, and variants of the chains. Each variant has a name and overrides.
 type Case = (&'static str, &'static str, &'static [&'static str], &'static [Variant]);
 type Variant = (&'static str, &'static [&'static str]);
 
@@ -20,7 +20,7 @@ const ALL: &[Variant] = &[WITHOUT, SEPARATE, TOGETHER];
 const CASES: [Case; 5] = [
     ("init to 10 s, 1000 oscillators", "init", &["time.end=10", CHAIN], ALL),
     ("figure7 to 50 s, 5 oscillators", "figure7", &[], ALL),
-    // If body and chain are one system, the tolerance of the chain requires a higher order.
+    // `TOGETHER` is excluded, because the tolerance of the chain requires a higher order in one system.
     ("figure7, BDF of order 2", "figure7", &["integrator.max_order=2"], &[WITHOUT, SEPARATE]),
     ("muscle3d to 2 s, 1000 oscillators", "muscle3d", &[], ALL),
     (
@@ -72,7 +72,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
     give(args, &document)
 }
 
-/// Returns a built-in scene in which probes and fields are removed.
+/// Returns a built-in scene without its probes and fields.
 fn without_outputs(scene: &str, set: &[&[&str]]) -> Result<Scene, InputError> {
     let set = set.iter().copied().flatten().chain(&["probe=", "fields="]);
     let set: Vec<String> = set.map(|&set| set.to_owned()).collect();

@@ -1,4 +1,4 @@
-//! Measurements of large bodies: CPU time of the parts of twenty steps, memory, and the growth of costs with the number
+//! Measurements of large bodies: CPU time of each part of twenty steps, memory, and growth of the costs with the number
 //! of unknowns.
 
 use std::fs;
@@ -22,13 +22,13 @@ use super::{BenchArgs, fastest_call, give, goes_on};
 const STEPS: usize = 20;
 /// Number of timed calls of a kernel. The fastest call is reported.
 const REPEATS: u32 = 2;
-/// Factor of ∂F/∂ẏ (1/s) for steps of about one millisecond: 1.5 divided by 1 ms.
+/// Factor of ∂F/∂ẏ (1/s) for steps of about one millisecond, 1.5 / 1 ms.
 const C: f64 = 1.5e3;
 
 /// Motion of a body: name, method, scene, overrides, and the time (s) after which steps are measured.
 type Motion = (&'static str, &'static str, &'static str, &'static [&'static str], f64);
 
-/// The ventricle starts to contract at 0.16 s, and the load on the spindle starts at 0.4 s.
+/// The ventricle starts to contract at 0.16 s, and the spindle is loaded from 0.4 s on.
 const MOTIONS: [Motion; 4] = [
     ("ventricle", "bdf", "ventricle", &[], 0.17),
     ("ventricle", "radau5", "ventricle", &[], 0.17),
@@ -54,7 +54,7 @@ struct Run {
     memory: MemoryUse,
 }
 
-/// Part of a run: the number of calls, and the time of one call at the end of the run.
+/// Part of a run, with its number of calls and the time of one call at the end of the run.
 #[derive(Serialize)]
 struct Part {
     what: &'static str,
@@ -67,7 +67,7 @@ struct Part {
 /// Memory of the process, MiB.
 #[derive(Serialize)]
 struct MemoryUse {
-    /// Memory in use after the matrices are allocated, plus the memory predicted for their factors.
+    /// Memory in use after allocation of the matrices, plus the memory predicted for their factors.
     predicted: f64,
     /// Peak memory.
     peak: f64,
@@ -75,7 +75,7 @@ struct MemoryUse {
     off: f64,
 }
 
-/// Measurement of the spindle in one size.
+/// Measurement of the spindle with one number of cells.
 #[derive(Serialize)]
 struct Level {
     cells: [usize; 2],
@@ -96,7 +96,7 @@ struct Document {
     steps: usize,
     runs: Vec<Run>,
     levels: Vec<Level>,
-    /// Exponents with which costs grow with the number of unknowns, from the first to the last level.
+    /// Exponents p of costs proportional to nᵖ for n unknowns, computed from the first and the last level.
     exponents: Vec<(&'static str, f64)>,
 }
 
@@ -210,7 +210,7 @@ fn twenty_steps(
     })
 }
 
-/// Resets the peak memory of earlier runs, and predicts the memory (MiB) of a run.
+/// Resets the peak memory counter, which includes earlier runs, and predicts the memory (MiB) of a run.
 fn predicted_memory(dae: &mut MuscleDae, n_complex: usize) -> anyhow::Result<f64> {
     fs::write("/proc/self/clear_refs", "5").context("/proc/self/clear_refs")?;
     // The system counts memory as used only after it is first written.
@@ -280,7 +280,7 @@ impl Linear {
         let factor =
             fastest_call(REPEATS, || matrix.set_up(c, |m| dae.matrix_values(m), &mut work))?;
         let mut x = vec![T::one(); dae.n_unknowns()];
-        // Only the first solution after a factorization is checked, so later solves are timed.
+        // The first solution after a factorization is checked, so only later solves are timed.
         matrix.solve(&mut x, &mut work)?;
         let solve = fastest_call(REPEATS, || {
             x.fill(T::one());

@@ -19,7 +19,7 @@ use serde::Serialize;
 
 use super::{BenchArgs, fastest, fastest_document, give, goes_on};
 
-/// Comparison of a harmonic response with the time integration that it replaces, or with its factorizations alone.
+/// Comparison of a harmonic response with the time integration that it replaces or with separate factorizations.
 #[derive(Serialize)]
 struct Row {
     scene: &'static str,
@@ -33,7 +33,7 @@ struct Row {
     ratio: f64,
 }
 
-/// Adaptive or fixed frequencies, and the interpolation error between neighboring frequencies.
+/// Interpolation error between the frequencies of an adaptive or equidistant grid.
 #[derive(Serialize)]
 struct Interpolation {
     grid: String,
@@ -107,7 +107,7 @@ fn timed(scene: &Scene) -> anyhow::Result<(Response, f64)> {
     Ok((found, started.elapsed().as_secs_f64()))
 }
 
-/// Compares a response at 120 frequencies in the scene `init` with 3 s of motion in the same scene.
+/// Compares the cost of a response of the scene `init` at 120 frequencies with the cost of 3 s of motion.
 fn beside_motion(repeats: u32) -> anyhow::Result<Row> {
     let of_response = scene("init", "1..60:120", "y = 100.0", &[])?;
     let (found, cpu_seconds) = fastest(repeats, || timed(&of_response), |(_, cpu)| *cpu)?;
@@ -144,8 +144,8 @@ fn beside_factorizations() -> anyhow::Result<Row> {
     let plan = Arc::new(Condensation::new(&dae));
     let elimination = Arc::new(plan.elimination(SparseOptions::default())?);
     let mut matrix = Condensed::<Complex64>::new(plan, elimination);
-    // All factorizations are measured. On a busy machine, the fastest factorization takes less time than the response
-    // does on average.
+    // All factorizations are measured, because on a busy machine the fastest one would take less time than the
+    // factorizations of the response do on average.
     let started = ThreadTime::now();
     for frequency in &found.frequencies {
         let s = Complex64::new(0.0, TAU * frequency);
@@ -164,7 +164,7 @@ fn beside_factorizations() -> anyhow::Result<Row> {
     })
 }
 
-/// Compares the periodic state of a built-in scene with the motion of this scene.
+/// Compares the cost of the periodic state of a built-in scene with the cost of the motion from rest.
 fn periodic_state(name: &'static str, repeats: u32) -> anyhow::Result<PeriodicState> {
     let computed = |set: &[String]| -> anyhow::Result<_> {
         let scene = Scene::built_in(name, set)?;
@@ -185,8 +185,8 @@ fn periodic_state(name: &'static str, repeats: u32) -> anyhow::Result<PeriodicSt
     })
 }
 
-/// Returns the interpolation errors at the frequencies of the plotted curves. Adaptive frequencies are interpolated by
-/// the rational function, and fixed grids by cubic interpolation.
+/// Returns the interpolation errors at the frequencies of the plotted curves. Results at adaptive frequencies are
+/// interpolated by the rational function, and results at equidistant frequencies by cubic polynomials.
 fn interpolation() -> anyhow::Result<Vec<Interpolation>> {
     let computed = |frequencies: &str| -> anyhow::Result<Response> {
         let scene = scene("init", frequencies, "y = 100.0", &[])?;
@@ -232,8 +232,7 @@ impl Line {
         Self { frequencies: frequencies.to_vec(), rows: (0..frequencies.len()).map(row).collect() }
     }
 
-    /// Returns the value with the index `j` at a frequency. It is interpolated by the cubic polynomial through the four
-    /// neighboring frequencies.
+    /// Returns value `j` at the frequency `f`, interpolated by the cubic polynomial through four neighboring frequencies.
     fn at(&self, f: f64, j: usize) -> Complex64 {
         let n = self.frequencies.len();
         let next = self.frequencies.partition_point(|other| *other < f);
@@ -249,7 +248,7 @@ impl Line {
         near.clone().map(term).sum()
     }
 
-    /// Returns the largest error of `other`, which is interpolated at the frequencies of this response.
+    /// Returns the largest error of `other` when it is interpolated at the frequencies of this response.
     fn distance(&self, other: &Self) -> f64 {
         let mut largest = 0.0_f64;
         for j in 0..self.rows[0].len() {

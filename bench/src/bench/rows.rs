@@ -15,17 +15,17 @@ use myovib_cli::machine::Machine;
 use myovib_cli::progress::Progress;
 use myovib_scene::{Body, Scene};
 
-/// Rows of Table 2 that reach the end time if multipliers are excluded from the error test.
+/// Rows of Table 2 for which the integration reaches the end time if multipliers are excluded from the error test.
 const KEYS: [&str; 4] = ["1", "2m", "3m", "31"];
 
 /// Linear solver to be measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Solver {
-    /// The matrix is condensed to dense blocks.
+    /// Condensation of the matrix to dense blocks.
     Condensed,
-    /// KLU factorizes the full matrix.
+    /// KLU for the full matrix.
     Full,
-    /// The defaults of SUNDIALS are used: KLU with COLAMD and BTF, and serial vectors.
+    /// Defaults of SUNDIALS: KLU with COLAMD and BTF, and serial vectors.
     SundialsDefaults,
 }
 
@@ -69,7 +69,7 @@ struct RunJson {
     outcome: &'static str,
     /// CPU time relative to the condensed solver.
     ratio: f64,
-    /// Relative increase in the number of steps over the condensed solver.
+    /// Relative increase of the number of steps compared with the condensed solver.
     more_steps: f64,
     /// Work of the linear solver; counted only for the condensed solver.
     linear_work: Option<LinearWork>,

@@ -1,4 +1,4 @@
-//! Results as text, with one table for each list or object in the document.
+//! Formats results as text, with one table for each list or object in the document.
 
 use std::collections::BTreeMap;
 use std::slice;
@@ -6,7 +6,7 @@ use std::slice;
 use myovib_report::table::{Align, Cell, Table, colored_stdout};
 use serde_json::Value;
 
-/// Cells of a row with their headings.
+/// Row of a table: headings and cells.
 type Row<'a> = Vec<(&'a str, &'a Value)>;
 
 pub(super) fn text(document: &Value) -> String {

@@ -13,8 +13,8 @@ fn bench(arguments: &[&str]) -> Value {
     document(&myovib(arguments).with_code(0).stdout, "bench")
 }
 
-/// Checks that the condensed and the full solver agree up to rounding errors. Rounding errors affect the step size
-/// control, so step counts may differ by up to 2 %.
+/// Checks that the condensed and the full solver agree up to rounding errors. As rounding errors affect the step size
+/// control, step counts may differ by up to 2 %.
 #[test]
 fn all_linear_solvers_take_similar_steps() {
     let document = bench(&["bench", "rows", "--t-end", "0.6", "--quiet", "--json"]);

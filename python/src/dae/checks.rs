@@ -1,4 +1,4 @@
-//! Checks of the arguments before an integration and of the equations within steps.
+//! Checks of the arguments before an integration, and of the equations within steps.
 
 use std::sync::PoisonError;
 
@@ -13,8 +13,8 @@ use pyo3::prelude::*;
 use super::{Failure, Request};
 use crate::problem::PythonDae;
 
-/// Clears an exception that a trial evaluation has raised. Such a failure does not end the integration. Exceptions such
-/// as Ctrl-C are returned as an error.
+/// Clears an exception that a trial evaluation has raised, because such a failure must not end the integration. Returns
+/// exceptions such as `KeyboardInterrupt` as an error.
 pub(super) fn forget_raised(problem: &PythonDae) -> Result<(), Failure> {
     let raised = problem.raised.lock();
     match raised.unwrap_or_else(PoisonError::into_inner).take() {
@@ -25,8 +25,8 @@ pub(super) fn forget_raised(problem: &PythonDae) -> Result<(), Failure> {
     }
 }
 
-/// Rejects a sparsity pattern that is incomplete according to finite differences. Returns a warning if the given
-/// Jacobian seems to be wrong.
+/// Rejects a sparsity pattern if finite differences show that it is incomplete. Returns a warning if the given Jacobian
+/// seems to be wrong.
 pub(super) fn check_matrices(
     problem: &mut PythonDae,
     request: &Request,
@@ -58,15 +58,15 @@ pub(super) fn check_matrices(
     }
 }
 
-/// Positions within a step at which the equations are checked, as fractions of the step. Each step uses one of them, in
+/// Positions within a step at which the equations are checked, as fractions of the step. Successive steps use them in
 /// turn.
 const FRACTIONS: [f64; 3] = [0.31, 0.62, 0.87];
 
-/// Number of steps at the beginning that are all checked. After these, only steps whose number is a power of two are
-/// checked.
+/// Number of steps at the start that are all checked. After these, a step is checked only if its number is a power of
+/// two.
 pub(super) const FIRST_STEPS: usize = 12;
 
-/// Checks the equations within the last step, whose number is `n_steps`. Returns a violated equation, if there is one.
+/// Checks the equations within the last step, whose number is `n_steps`. Returns a violated equation, if any.
 pub(super) fn check_last_step<I: Integrator<PythonDae>>(
     solver: &mut I,
     tolerances: &Tolerances,
@@ -92,10 +92,10 @@ pub(super) fn check_last_step<I: Integrator<PythonDae>>(
 
 /// Rejects full matrices that do not fit into memory.
 pub(super) fn expect_room(n: usize, method: &str) -> Result<(), Failure> {
-    // Number of 8-byte values per entry of the matrix. With BDF, memory holds two copies of the pattern during
-    // construction, the matrix, its factors, and the user's two parts. With Radau IIA, it holds the pattern, its
-    // analysis and both parts. The real matrix has entries, factors and a workspace, and so does each of the (s - 1)/2
-    // complex matrices, with two values per entry.
+    // Number of 8-byte values per entry of the matrix. BDF stores two copies of the pattern during construction, the
+    // matrix, its factors, and the user's two parts. Radau IIA stores the pattern, its analysis, both parts, and the
+    // entries, factors and workspace of the real matrix and of (s - 1)/2 complex matrices. Complex matrices have two
+    // values per entry.
     let per_entry: f64 = match method {
         "bdf" => 6.0,
         "radau5" => 18.0,

@@ -1,4 +1,4 @@
-//! Forward sensitivities, which are computed along the steps of an integrator.
+//! Forward sensitivities, computed together with the steps of an integrator.
 
 use myovib_dae::{Parameter, Parameters, StepError};
 use myovib_radau::{ForwardSensitivities, RadauSolver};
@@ -16,7 +16,7 @@ pub(super) trait Sensitivities<I> {
         false
     }
 
-    /// Returns the number of evaluations of F, for difference quotients, that the statistics of the integrator exclude.
+    /// Returns the number of evaluations of F for difference quotients that the integrator's statistics do not include.
     fn difference_evaluations(&self) -> u64 {
         0
     }

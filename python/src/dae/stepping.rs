@@ -13,8 +13,9 @@ use crate::problem::{PythonDae, events};
 
 /// Corrects the initial values.
 ///
-/// The search for the derivatives uses the size of the first step as the time scale. If this size is an estimate from
-/// the span, which may be much longer than the time scale at the start, shorter steps are also tried.
+/// The size of the first step is the time scale in the search for the derivatives. If this size is not given, it is
+/// estimated from the span. The span may be much longer than the time scale at the start, so shorter steps are also
+/// tried.
 fn correct<I: Integrator<PythonDae>>(
     solver: &mut I,
     mode: ConsistencyMode,
@@ -40,7 +41,7 @@ fn correct<I: Integrator<PythonDae>>(
     failed.map_or(Ok(()), Err)
 }
 
-/// Corrects the initial values as requested. Sensitivities by Radau IIA must start after the correction.
+/// Corrects the initial values as requested. With Radau IIA, sensitivities must be started after this correction.
 pub(super) fn correct_start<I: Integrator<PythonDae>>(
     solver: &mut I,
     request: &Request,
@@ -233,15 +234,15 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
     }
 }
 
-/// Relative tolerance above which a stop is attributed to an inaccurate state instead of rounding errors, so that
+/// Relative tolerance above which a stop is attributed to an inaccurate state and not to rounding errors. In this case,
 /// tighter tolerances are suggested.
 const LOOSE: f64 = 1e-5;
 
-/// Number of time offsets in each direction at which F is compared with its value at the current time. The offsets are
-/// halved repeatedly, from the whole span down to about the rounding error.
+/// Number of times in each direction at which F is compared with its value at the current time. Their distances from the
+/// current time decrease by factors of 2 from the whole span to about the rounding error.
 const DISTANCES: i32 = 48;
 
-/// Returns whether F has the same values at other times, so that no input can have a break.
+/// Returns whether F has the same value at other times. F then has no inputs that may need a break.
 fn is_autonomous<I: Integrator<PythonDae>>(
     solver: &mut I,
     request: &Request,
@@ -264,7 +265,7 @@ fn is_autonomous<I: Integrator<PythonDae>>(
     Ok(is_autonomous)
 }
 
-/// Returns the events that change sign at the break at which the span starts.
+/// Returns the events that change sign at the start of the span, if the span starts at a break.
 fn events_at_break<I: Integrator<PythonDae>>(
     solver: &mut I,
     request: &Request,

@@ -1,4 +1,4 @@
-//! Evaluates a residual or a Jacobian repeatedly. The script `scripts/instructions` counts the instructions.
+//! Evaluates a residual or a Jacobian repeatedly, so that `scripts/instructions` can count the instructions.
 //!
 //! Usage: `instructions SCENE residual|jacobian REPEATS`. Without arguments, lists the scenes.
 
@@ -10,7 +10,7 @@ use myovib_fem::{Law, Mesh};
 use myovib_model::paper::{BETA, KAPPA, LAW, SMALL_STRAIN};
 use myovib_model::{Formulation, MuscleDae, Signal, paper};
 
-/// Each scene has one more feature than the previous one.
+/// Scenes, each with one more feature than the previous one.
 const SCENES: [(&str, Formulation, Law, f64, f64); 6] = [
     ("small-strain", Formulation::Displacement, SMALL_STRAIN, KAPPA, 0.0),
     ("pressure-incompressible", Formulation::Position, SMALL_STRAIN, f64::INFINITY, 0.0),

@@ -1,5 +1,5 @@
-//! Measures the spatial discretization error. Compares u_y and p at the origin on the paper's mesh and on refined
-//! meshes, with a negligible time integration error.
+//! Measures the spatial discretization error. Compares u_y and p at the origin between the paper's mesh and refined
+//! meshes. The error of the time integration is negligible.
 
 use anyhow::Context as _;
 use myovib_dae::Problem;

@@ -16,8 +16,8 @@ use crate::solver::{Ours, Solver};
 #[cfg(not(feature = "mumps"))]
 use myovib_sparse::Scalar as Rival;
 
-/// Number of solves per factorization, which is typical for a step of Radau IIA. Our solver checks the first solution,
-/// and refines it if the factors are in single precision.
+/// Number of solves per factorization, a typical number for a step of Radau IIA. Our solver checks the first solution,
+/// and refines solutions if the factors are in single precision.
 const SOLVES: usize = 5;
 
 /// Matrix on which solvers are compared.
@@ -38,7 +38,7 @@ pub struct Outcome {
     ours_in_two_threads: Cost,
     /// Cost of our solver with factors in single precision.
     ours_mixed: Cost,
-    /// Ratio of the wall-clock time with one thread to the time with two threads.
+    /// Speedup: wall-clock time with one thread divided by wall-clock time with two threads.
     speed_up: f64,
     mumps: Option<Cost>,
     /// Our cost relative to the cost of MUMPS, in double and in mixed precision.
@@ -54,7 +54,7 @@ struct Cost {
     first_solve: Time,
     /// Further solves.
     solve: Time,
-    /// Peak memory (bytes) of the process between the start of the analysis and the end of a solve, without the given
+    /// Peak memory (bytes) of the process from the start of the analysis to the end of a solve, excluding the input
     /// matrix.
     peak_bytes: usize,
     peak_megabytes: f64,
@@ -74,7 +74,7 @@ struct Ratio {
 }
 
 impl Cost {
-    /// Returns the ratio of this cost to another cost.
+    /// Returns the ratios of this cost to another cost.
     fn relative_to(&self, other: &Self) -> Ratio {
         Ratio {
             factor: self.factor.cpu / other.factor.cpu,

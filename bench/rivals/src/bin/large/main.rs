@@ -1,5 +1,5 @@
-//! Compares the factorization of 3D Newton matrices with MUMPS. The solvers alternate in one process, so that other
-//! load on the machine affects all of them.
+//! Compares our factorization of 3D Newton matrices with MUMPS. The solvers alternate in one process, so that other
+//! load on the machine affects them equally.
 //!
 //! Usage: `large [--json FILE] [--repeats N] [CASE…]`. A case is a name in [`CASES`], optionally followed by
 //! `:complex`, `:general` or both. By default, all [`MATRICES`] of the bodies in [`RECORD`] are measured. Without the
@@ -19,8 +19,8 @@ use num_complex::Complex64;
 use serde_json::json;
 use solid::Solid;
 
-/// Bodies with their numbers of cubes. `b` is a compact block, and `s` is a shell of two layers. The number in the name
-/// is the number of unknowns in thousands.
+/// Bodies and their numbers of cubes in each direction. `b` is a compact block, and `s` is a shell of two layers. The
+/// number in the name is the number of unknowns in thousands.
 const CASES: [(&str, [usize; 3]); 7] = [
     ("b10", [5, 5, 13]),
     ("b30", [8, 8, 17]),
@@ -31,11 +31,11 @@ const CASES: [(&str, [usize; 3]); 7] = [
     ("b1", [2, 2, 6]),
 ];
 
-/// Bodies and matrices of the default cases: LDLᵀ for BDF and for Radau IIA, and LU, which is required with damping.
+/// Bodies and matrices of the default cases: real and complex LDLᵀ as for BDF and Radau IIA, and LU as for damping.
 const RECORD: [&str; 5] = ["b10", "s30", "b30", "s100", "b100"];
 const MATRICES: [&str; 4] = ["", ":complex", ":general", ":general:complex"];
 
-/// Factor c (1/s) for steps of about one millisecond: 1.5 divided by 1 ms.
+/// Factor c (1/s) for steps of about one millisecond, 1.5 / 1 ms.
 const C: f64 = 1.5e3;
 
 fn main() -> Result<()> {

@@ -1,4 +1,4 @@
-//! Memory of this process as reported by Linux, which allows a uniform comparison of the solvers.
+//! Memory of this process as reported by Linux, so that all solvers are measured in the same way.
 
 use std::fs;
 

@@ -12,15 +12,15 @@ const RHO: f64 = 1.06e3;
 /// Edge length of a cube, m.
 const H: f64 = 2e-3;
 
-/// The six tetrahedra of a cube, which share one diagonal of the cube. Each tetrahedron is given by a path from one end
-/// of the diagonal to the other, that is, by the order of the axes along the path.
+/// The six tetrahedra of a cube, which share one diagonal of the cube. The edges of each tetrahedron form a path from
+/// one end of the diagonal to the other, which is given by the order of the axes along the path.
 const PATHS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
 /// Edges of a tetrahedron, whose midpoints are nodes.
 const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
-/// Barycentric coordinates of the quadrature points of degree 2.
+/// Barycentric coordinates of the points of the quadrature rule of degree 2.
 const POINT: [f64; 2] = [0.585_410_196_624_968_5, 0.138_196_601_125_010_5];
 
-/// Parts of a matrix, which share one pattern.
+/// Mass and stiffness parts of a Newton matrix, with a common pattern.
 pub struct Solid {
     pub pattern: SparsityPattern,
     pub mass: Vec<f64>,
@@ -114,7 +114,7 @@ impl Solid {
         Self { pattern, mass, stiffness }
     }
 
-    /// Returns the values of c² M + K, together with the rows and columns of the constraint.
+    /// Returns the values of c² M + K, including the rows and columns of the constraint.
     pub fn values<T: Scalar>(&self, c: T) -> Vec<T> {
         let parts = self.mass.iter().zip(&self.stiffness);
         parts.map(|(&m, &k)| c * c * m + T::one() * k).collect()

@@ -46,7 +46,7 @@ impl Equations {
     }
 }
 
-/// Part of the equations for which diffsol requires a separate type.
+/// Operator of the equations, for which diffsol requires a separate type.
 pub struct Part<'a>(&'a Equations);
 
 macro_rules! square {
@@ -102,7 +102,7 @@ impl NonLinearOp for Part<'_> {
         y.for_each_batch_host([x], |out, [y], _| {
             match dae.borrow_mut().residual(t, y, zero, out) {
                 Ok(()) => out.iter_mut().for_each(|value| *value = -*value),
-                // diffsol does not accept an error here. After a NaN, it reduces its step size.
+                // An error cannot be returned here. If diffsol receives a NaN, it reduces its step size.
                 Err(_) => out.fill(f64::NAN),
             }
         });

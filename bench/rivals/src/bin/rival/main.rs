@@ -1,9 +1,9 @@
 //! Integrates the undamped muscle of the paper, (28) with κ = 1e5, with diffsol and with this project.
 //!
-//! diffsol integrates M ẏ = f(t, y). (28) has this form, because M = ∂F/∂ẏ is constant and f = −F(t, y, 0). Both
-//! programs use the same residual, Jacobian and tolerances, and include all components in the error test. Both results
-//! are compared with the stored reference. diffsol factorizes the full matrix with faer's sparse LU, whereas this
-//! project factorizes the condensed matrix.
+//! diffsol integrates M ẏ = f(t, y). Equation (28) has this form, because M = ∂F/∂ẏ is constant and f = −F(t, y, 0).
+//! Both programs use the same residual, Jacobian and tolerances, and include all components in the error test. Both
+//! results are compared with the stored reference. diffsol factorizes the full matrix with faer's sparse LU, whereas
+//! this project factorizes the condensed matrix.
 //!
 //! `cargo run --release --bin rival -- [FILE]` prints a table and writes diffsol's results as JSON.
 
@@ -91,7 +91,7 @@ fn main() -> anyhow::Result<()> {
                 linear_setups: run.linear_setups,
             };
             print(&point);
-            // The file contains only the results of diffsol.
+            // Only the results of diffsol are written to the file.
             if integrator.is_rival() {
                 points.push(point);
             }

@@ -1,4 +1,4 @@
-/* MUMPS, sequential, for one matrix: what its structures and its counters are called. */
+/* Interface to sequential MUMPS for one real or complex matrix. */
 #include <dmumps_c.h>
 #include <zmumps_c.h>
 #include <malloc.h>
@@ -45,9 +45,9 @@ void give_back(void) { malloc_trim(0); }
         PREFIX##_c(&run->id);                                                                 \
         return run->id.infog[0];                                                              \
     }                                                                                         \
-    /* Megabytes used. */                                                                     \
+    /* Memory used, in megabytes. */                                                          \
     int PREFIX##_run_memory(struct PREFIX##_run *run) { return run->id.infog[21]; }           \
-    /* Entries of the factors; negative: millions. */                                         \
+    /* Entries of the factors; a negative value is in millions. */                            \
     int PREFIX##_run_entries(struct PREFIX##_run *run) { return run->id.infog[28]; }          \
     void PREFIX##_run_end(struct PREFIX##_run *run) {                                         \
         run->id.job = -2;                                                                     \
