@@ -136,7 +136,7 @@ fn solve_with(
     tolerances: Tolerances,
 ) -> Result<(Record, usize), Failure> {
     let (t0, y0, y_dot0) = (request.t_span.0, &request.y0, &request.yp0);
-    // Excluded variables may have arbitrarily large errors, because the error test ignores them. At index 3, the rounding
+    // Excluded variables may have arbitrarily large errors, because the error test ignores them. At index 3, rounding
     // errors of velocities are divided by the step size, and the derivatives of velocities are even less accurate.
     let highest = request.index.iter().flatten().max();
     let is_checked = request.suppress.is_none() && highest.is_none_or(|&index| index < 3);

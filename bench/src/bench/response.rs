@@ -232,7 +232,7 @@ impl Line {
         Self { frequencies: frequencies.to_vec(), rows: (0..frequencies.len()).map(row).collect() }
     }
 
-    /// Returns value `j` at the frequency `f`, interpolated by the cubic polynomial through four neighboring frequencies.
+    /// Returns value `j` at the frequency `f`, interpolated by a cubic polynomial through four neighboring frequencies.
     fn at(&self, f: f64, j: usize) -> Complex64 {
         let n = self.frequencies.len();
         let next = self.frequencies.partition_point(|other| *other < f);

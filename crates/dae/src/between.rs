@@ -1,4 +1,4 @@
-//! Checks the equations between the ends of a step.
+//! Check of the equations between the ends of a step.
 
 use crate::draw::draw;
 use crate::problem::{Problem, StepError};
@@ -11,11 +11,11 @@ pub struct Unsatisfied {
     pub equation: usize,
     /// Time at which the residual was evaluated.
     pub t: f64,
-    /// Residual relative to the change caused by errors of y and ẏ within the tolerances.
+    /// Residual divided by the change that errors of y and ẏ within the tolerances cause.
     pub ratio: f64,
 }
 
-/// Number of random perturbations that measure the effect of errors within the tolerances.
+/// Number of random perturbations used to measure the effect of errors within the tolerances.
 const PERTURBATIONS: u64 = 4;
 
 /// Residuals above this ratio are reported. Between the ends of a step, errors of y may be several times the tolerance,
@@ -23,13 +23,13 @@ const PERTURBATIONS: u64 = 4;
 /// for each.
 const MAX_RESIDUAL_RATIO: f64 = 2500.0;
 
-/// Checks F(t, y, ẏ) at a time within a step of size `h`. Here, y and ẏ are taken from the dense output, and `weights`
-/// are the reciprocals of the tolerances.
+/// Checks F(t, y, ẏ) at a time within a step of size `h`, with y and ẏ from the dense output. `weights` contains the
+/// reciprocals of the tolerances.
 ///
 /// Integrators evaluate F only at the ends of steps or at stages. The error test does not detect an input that acts
-/// between these times or oscillates many times within a step. Dense output then does not satisfy the equation. As it
-/// never satisfies the equation exactly, the residual is compared with its change when y and ẏ are perturbed
-/// by their tolerances, 1/w and 1/(w h). The check costs five evaluations of F.
+/// between these times or oscillates many times within a step. In this case, dense output does not satisfy the
+/// equations. As dense output never satisfies the equations exactly, the residual is compared with its change when y
+/// and ẏ are perturbed by their tolerances, 1/w and 1/(w h). The check costs five evaluations of F.
 ///
 /// # Errors
 /// Returns errors of the residual, for example if the dense output is outside the domain of F.
@@ -53,7 +53,7 @@ pub fn check_between<P: Problem + ?Sized>(
             explained[i] = explained[i].max((changed[i] - residual[i]).abs());
         }
     }
-    // An equation that does not change under any perturbation has no scale.
+    // Equations that no perturbation changes are not checked, because the scale of their residual is unknown.
     let ratios = (0..n).filter(|&i| explained[i] > 0.0);
     let ratios = ratios.map(|i| (i, residual[i].abs() / explained[i]));
     let worst = ratios.max_by(|a, b| a.1.total_cmp(&b.1));

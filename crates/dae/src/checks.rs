@@ -9,7 +9,7 @@ use crate::tolerances::Tolerances;
 
 type Checked = Result<(), IntegratorError>;
 
-/// Returns an error for `option` unless `good` is true.
+/// Returns an error for the `option` unless `good` is true.
 pub fn expect(option: &'static str, value: f64, good: bool, expected: &'static str) -> Checked {
     if good { Ok(()) } else { Err(IntegratorError::InvalidOption { option, value, expected }) }
 }
@@ -87,8 +87,8 @@ pub fn expect_tolerances(tolerances: &Tolerances, n: usize) -> Checked {
     })
 }
 
-/// Checks that dense output is available at `t`, which must be in the last step [from, to], and that the order of the
-/// `derivative` is at most `highest`.
+/// Checks that dense output is available: `t` must be in the last step [from, to], and the order of the `derivative`
+/// must be at most `highest`.
 pub fn expect_dense_output(
     t: f64,
     derivative: usize,

@@ -1,4 +1,4 @@
-//! Groups of columns whose difference quotients can be computed by one evaluation.
+//! Groups of columns whose difference quotients can be computed with one evaluation of the residual.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
@@ -11,15 +11,15 @@ pub(crate) fn color(pattern: &SparsityPattern) -> Vec<Vec<usize>> {
             columns_of_row[row].push(column);
         }
     }
-    // If a row is full, no two columns can share a group. For a full matrix, the search would need O(n³) operations to
-    // find this result.
+    // If a row is full, no two columns can be in the same group. For a full matrix, the search below would need O(n³)
+    // operations to find this result.
     let n = pattern.major_dim();
     if n > 0 && columns_of_row.iter().any(|columns| columns.len() == n) {
         return (0..n).map(|column| vec![column]).collect();
     }
     let mut groups: Vec<Vec<usize>> = Vec::new();
     let mut group_of = vec![usize::MAX; pattern.major_dim()];
-    // For each group, the last column that did not fit into the group.
+    // For each group, the last column that cannot be added to the group.
     let mut barred_for: Vec<usize> = Vec::new();
     for column in 0..pattern.major_dim() {
         let rows = pattern.lane(column).iter();

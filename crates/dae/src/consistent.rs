@@ -26,13 +26,13 @@ struct State<'a> {
 /// Corrects `y` and `y_dot` so that F(t, y, ẏ) = 0, by Newton's method with a line search (Brown, Hindmarsh, Petzold
 /// 1998).
 ///
-/// Newton's method stops when the correction is at most 0.0033 times the tolerance. To compare a correction of ẏ with
-/// tolerances of y, it is multiplied by the time to the first output, `t_first` − t. If the search then fails, it is
-/// repeated with h as the factor.
+/// Newton's method stops when the correction is at most 0.0033 times the tolerance. For the comparison with tolerances
+/// of y, a correction of ẏ is multiplied by the time to the first output, `t_first` − t. If the search fails with this
+/// factor, it is repeated with the factor h.
 ///
 /// For [`ConsistencyMode::AlgebraicAndDerivatives`] the matrix is ∂F/∂y + c ∂F/∂ẏ with c = 1/h. A correction δ changes
-/// algebraic components of y by δ and derivatives of differential components by c δ. This neglects the change of
-/// differential components of y, which is small if h is small; h starts at a thousandth of `t_first` − t. For
+/// algebraic components of y by δ and derivatives of differential components by c δ. The change of differential
+/// components of y is neglected, because it is small if h is small; h starts at a thousandth of `t_first` − t. For
 /// [`ConsistencyMode::States`] c is 0, and a correction changes all components of y. [`ConsistencyMode::Constraints`]
 /// calls [`project_onto_constraints`](crate::project_onto_constraints).
 ///
@@ -68,8 +68,8 @@ pub fn correct_initial_values<P: Problem, S: LinearSolver<P>>(
     let mut last = Inconsistent::NotFound { norm: f64::NAN };
     let searches = match mode {
         // A correction δ changes ẏ by δ/h. For the convergence test, this change is multiplied by the time to the first
-        // output. Difference quotients perturb ẏ by the tolerance divided by a time. If this time were the short h, the
-        // perturbation could leave the range in which F is linear.
+        // output. This time or a longer one is also used for difference quotients, which perturb ẏ by the tolerance
+        // divided by a time: with the short time h, the perturbation could leave the range in which F is linear.
         ConsistencyMode::AlgebraicAndDerivatives => {
             [1e3, 1.0].map(|factor| (0, CONVERGED * h / time, factor * time)).to_vec()
         }
@@ -145,7 +145,7 @@ fn newton<P: Problem, S: LinearSolver<P>>(
                 }
                 length *= 0.5;
             }
-            // If the correction reduces the residual little or not at all, the matrix is evaluated again.
+            // If the residual decreases only slightly or not at all, the matrix is evaluated again.
             if size >= before {
                 break;
             }

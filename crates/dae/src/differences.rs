@@ -6,22 +6,22 @@ use crate::coloring::color;
 use crate::linearization::Linearization;
 use crate::problem::{Problem, StepError};
 
-/// Minimum displacement of ẏ (multiplied by h) in rounding units of y. It limits the error of the quotient to a
+/// Minimum displacement of h ẏ, in units of the rounding error of y. It limits the error of the quotient to a
 /// thousandth of ∂F/∂y.
 const RESOLVED: f64 = 1e4;
 
-/// If a displacement exceeds this fraction of the variable and of its change in the step, fine displacements are tried.
-/// If F is quadratic, the ratio is the relative error of the quotient.
+/// If the displacement exceeds this fraction of both the variable and its change in the step, fine displacements are
+/// also tried. For a quadratic F, this fraction is the relative error of the quotient.
 const COARSE: f64 = 0.1;
 
-/// Fine displacement as a fraction of the variable or its change in the step. For a quadratic F, the quotient is
-/// accurate to four digits. The fraction is far above √ε, because the slow solutions of stiff equations may depend on
-/// small differences of large entries.
+/// Fine displacement as a fraction of the variable or of its change in the step. For a quadratic F, the quotient is
+/// accurate to four digits. The fraction is much larger than √ε to limit rounding errors, because the slow solutions of
+/// stiff equations may depend on small differences between large entries.
 const FRACTION: f64 = 1e-4;
 
-/// Ratio of the second small displacement to the first. Both have the same direction, so that a variable at the edge of
-/// the domain of F stays within the domain. Rounding changes F by whole units in the last place, so quotients dominated
-/// by rounding do not agree.
+/// Ratio of the second fine displacement to the first. Both have the same direction, so that a variable at the edge of
+/// the domain of F remains in the domain. Rounding changes F by whole units in the last place, so two quotients that
+/// are dominated by rounding do not agree.
 const SECOND: f64 = 0.7;
 
 /// Maximum relative difference of two fine quotients that are not dominated by rounding.
@@ -30,9 +30,9 @@ const AGREEMENT: f64 = 1e-2;
 /// Factor by which a displacement without any effect is enlarged.
 const ENLARGEMENT: f64 = 1e4;
 
-/// Maximum difference of the quotients of the two small displacements, relative to the difference between the first of
-/// them and the quotient of the standard displacement. Below this ratio, the error of the standard quotient is far above
-/// rounding.
+/// Maximum difference between the quotients for the two fine displacements, relative to the difference between the
+/// first of these quotients and the usual quotient. Below this ratio, the error of the usual quotient is much larger
+/// than the rounding error of the fine quotients.
 const SIGNIFICANCE: f64 = 0.1;
 
 /// Workspace for a Jacobian from one-sided differences, with one evaluation per color.
@@ -43,22 +43,23 @@ const SIGNIFICANCE: f64 = 0.1;
 /// δ_j = max(√ε |y_j|, √ε |h ẏ_j|, 1/w_j), in the direction of h ẏ_j,
 /// ```
 ///
-/// as in the dense and banded difference Jacobians of IDA (SUNDIALS, IDALS). For a ∂F/∂y + b ∂F/∂ẏ, y_j moves by a σ
-/// and ẏ_j by b σ with σ = δ_j / max(|a|, |b h|), so that neither moves further than in the step. For ∂F/∂ẏ alone, the
-/// [displacements](rate_displacement) are shorter. If a short displacement is close to the rounding of the largest
-/// variable, its quotient is compared with the quotient of the usual displacement: rounding, divided by a short step,
-/// may exceed ∂F/∂y where the terms of ∂F/∂ẏ cancel, as in sums of nodal equations of circuits.
+/// as in the dense and banded difference Jacobians of IDA (SUNDIALS, IDALS). For a ∂F/∂y + b ∂F/∂ẏ, y_j is displaced by
+/// a σ and ẏ_j by b σ with σ = δ_j / max(|a|, |b h|), so that |a σ| and |b h σ| are at most δ_j. For ∂F/∂ẏ alone, the
+/// [displacements](rate_displacement) are shorter. If such a displacement is close to the rounding error of the largest
+/// variable, its quotient is compared with the quotient for the usual displacement: rounding errors divided by a short
+/// step may exceed ∂F/∂y where the terms of ∂F/∂ẏ cancel, as in sums of nodal equations of circuits.
 ///
-/// If the residual cannot be evaluated after the displacement, the unknowns of this color are moved by [other
-/// displacements](Perturbation). A smaller time step would not help, because it does not reduce 1/w_j.
+/// If the residual cannot be evaluated after the displacement, the unknowns of this color are displaced by [other
+/// amounts](Perturbation). A smaller time step would not help, because it does not reduce 1/w_j.
 ///
 /// The tolerance 1/w_j may be much larger than the variable and its change in the step, for example for the amount of a
-/// trace species. F is then not necessarily linear over the displacement. Such a variable is also moved by a
+/// trace species. F may then be nonlinear over the displacement. Such a variable is also displaced by a
 /// [fraction](FRACTION) of its value or of its change in the step, whichever is larger. The resulting change of F may
-/// be below the rounding of F, for example if the variable is added to a much larger one. Therefore, the evaluation is
-/// repeated with [another displacement](SECOND), and the quotients are used for entries where the two results agree.
+/// be smaller than the rounding error of F, for example if the variable is added to a much larger one. Therefore, the
+/// evaluation is repeated with [another displacement](SECOND), and the quotients are used only for entries for which
+/// both agree.
 ///
-/// If a displacement changes nothing in a combined matrix, it is [enlarged](Self::enlarge).
+/// If a displacement has no effect in a combined matrix, it is [enlarged](Self::enlarge).
 #[derive(Debug, Clone)]
 pub(crate) struct Differences {
     groups: Vec<Vec<usize>>,
@@ -71,7 +72,7 @@ pub(crate) struct Differences {
     increments: Vec<f64>,
     /// Maximum norm of y.
     largest: f64,
-    /// Difference quotients of a group of columns for the first of the small displacements.
+    /// Difference quotients of a group of columns for the first fine displacement.
     fine: Vec<f64>,
     /// Number of residual evaluations so far, including failed ones.
     pub(crate) evaluations: u64,
@@ -94,7 +95,7 @@ impl Differences {
         }
     }
 
-    /// Computes a ∂F/∂y + b ∂F/∂ẏ by differences and writes it to `values`, in the order of the pattern.
+    /// Computes a ∂F/∂y + b ∂F/∂ẏ by difference quotients and writes it to `values`, in the order of the pattern.
     pub(crate) fn evaluate<P: Problem + ?Sized>(
         &mut self,
         problem: &mut P,
@@ -127,7 +128,7 @@ impl Differences {
         Ok(())
     }
 
-    /// Returns the positions in the pattern of the entries of a group, and their difference quotients.
+    /// Returns the entries of a group: their positions in the pattern and their difference quotients.
     fn quotients<'a>(
         &'a self,
         pattern: &'a SparsityPattern,
@@ -142,8 +143,7 @@ impl Differences {
         })
     }
 
-    /// Replaces the difference quotients of a group by quotients for finer displacements where the latter are more
-    /// accurate.
+    /// Replaces the difference quotients of a group by quotients for fine displacements where these are more accurate.
     fn refine<P: Problem + ?Sized>(
         &mut self,
         problem: &mut P,
@@ -183,9 +183,9 @@ impl Differences {
         Ok(())
     }
 
-    /// Enlarges displacements that have no effect on F, up to √ε times the largest variable. The effect of a variable
-    /// with a short displacement may be below the rounding of F, for example if the variable is zero, has a small
-    /// absolute tolerance and is added to a much larger variable. The matrix would be singular.
+    /// Enlarges displacements that have no effect on F, up to √ε times the largest variable. The effect of a short
+    /// displacement may be lost by rounding of F, for example if the variable is zero, has a small absolute tolerance
+    /// and is added to a much larger variable. The matrix would then be singular.
     fn enlarge<P: Problem + ?Sized>(
         &mut self,
         problem: &mut P,
@@ -223,7 +223,8 @@ impl Differences {
                 Err(error) => return Err(error),
             }
             lost.retain(|&j| {
-                // The first effect is a few rounding units of F, so its quotient is inaccurate.
+                // The first displacement with an effect may change F by only a few rounding errors. Its quotient is
+                // then inaccurate, so one larger displacement is tried.
                 let is_last = has_effect(values, j) || wanted(j).abs() >= limit;
                 for (entry, &i) in entries(j).zip(pattern.lane(j)) {
                     values[entry] = (self.moved[i] - self.base[i]) / self.increments[j];
@@ -234,8 +235,8 @@ impl Differences {
         Ok(())
     }
 
-    /// Returns a small displacement of unknown j or, if `a` is 0, of h ẏ_j. The difference quotients computed with it
-    /// are compared with those computed with the usual displacement. Returns `None` if no comparison is necessary.
+    /// Returns the fine displacement of unknown j or, if `a` is 0, of h ẏ_j. Difference quotients for this displacement
+    /// are compared with those for the usual displacement. Returns `None` if no comparison is necessary.
     fn fine_displacement(&self, at: &Linearization<'_>, a: f64, j: usize) -> Option<f64> {
         if !self.refines {
             return None;
@@ -250,7 +251,7 @@ impl Differences {
     /// Displaces y_j by a · `wanted` and ẏ_j by b · `wanted`.
     fn displace(&mut self, at: &Linearization<'_>, j: usize, (a, b): (f64, f64), wanted: f64) {
         self.y[j] = at.y[j] + a * wanted;
-        // Use the perturbation as rounded in y, so that the quotient refers to the actual change.
+        // Use the displacement after rounding in y, so that the quotient refers to the actual change.
         let sigma = match a {
             0.0 => wanted,
             _ => (self.y[j] - at.y[j]) / a,
@@ -259,9 +260,9 @@ impl Differences {
         self.increments[j] = sigma;
     }
 
-    /// Perturbs the unknowns of a group and evaluates the residual. Tries the perturbations until one succeeds. If all
-    /// evaluations fail, returns the first error. If all results contain non-finite values, the caller reports the
-    /// position of such a value.
+    /// Perturbs the unknowns of a group and evaluates the residual. Tries all perturbations in turn until an evaluation
+    /// succeeds. If all evaluations fail, returns the first error. If the results contain non-finite values, the caller
+    /// reports the position of such a value.
     fn move_within_the_domain<P: Problem + ?Sized>(
         &mut self,
         problem: &mut P,
@@ -306,23 +307,24 @@ pub(crate) enum Perturbation {
     Usual,
     /// By −δ_j.
     Back,
-    /// Away from zero by δ_j with the smaller √ε/w_j instead of 1/w_j. A positive variable remains positive even if it
-    /// is close to zero.
+    /// Away from zero by δ_j with √ε/w_j instead of 1/w_j, so that a positive variable remains positive even if it is
+    /// close to zero.
     SlightlyAway,
     /// Toward zero, by the same distance.
     SlightlyToward,
 }
 
 impl Perturbation {
-    /// All perturbations in the order in which they are tried. Smaller perturbations are more affected by rounding.
+    /// All perturbations in the order in which they are tried. Small perturbations come last, because they are more
+    /// affected by rounding.
     const ALL: [Self; 4] = [Self::Usual, Self::Back, Self::SlightlyAway, Self::SlightlyToward];
 }
 
-/// Returns the signed displacement of ẏ_j, multiplied by h; y is not moved.
+/// Returns the signed displacement of ẏ_j multiplied by h, for a displacement of ẏ alone.
 ///
-/// A displacement of y by its tolerance would change ẏ by tolerance/h. If h is short, this is far outside the range
-/// where F is linear in ẏ. The displacement of ẏ may be smaller, as long as the effect of the rounding of y on F is
-/// small in comparison.
+/// The usual displacement would change ẏ by the tolerance divided by h. If h is short, this change may be far outside
+/// the range in which F is linear in ẏ. A smaller displacement is sufficient if its effect on F is large compared with
+/// the effect of the rounding error of y.
 fn rate_displacement(at: &Linearization<'_>, j: usize) -> f64 {
     let motion = at.step * at.y_dot[j];
     let size = f64::EPSILON.sqrt() * motion.abs().max(1.0 / at.weights[j]);
@@ -334,18 +336,17 @@ fn extent(at: &Linearization<'_>, j: usize) -> f64 {
     at.y[j].abs().max((at.step * at.y_dot[j]).abs())
 }
 
-/// Returns whether the tolerance of variable j is so large, relative to the variable, that F may be nonlinear over the
-/// tolerance. Returns `false` near the smallest representable numbers, which have too few digits for fine
-/// displacements.
+/// Returns whether the tolerance of variable j is so large, relative to the variable, that F may be nonlinear over this
+/// distance. Returns `false` near the smallest representable numbers, which have too few digits for fine displacements.
 fn is_coarse(at: &Linearization<'_>, j: usize) -> bool {
     let extent = extent(at, j);
     let is_resolved = FRACTION * extent > f64::MIN_POSITIVE / f64::EPSILON;
     is_resolved && 1.0 / at.weights[j] > COARSE * extent
 }
 
-/// Returns whether two fine quotients determine an entry more accurately than the usual quotient. A quotient of zero
-/// may be caused by rounding. The quotient of an unknown without a displacement is infinite if the row changes because
-/// of another unknown whose entry is missing in the pattern.
+/// Returns whether two fine quotients determine an entry more accurately than the usual quotient. A quotient of zero is
+/// not used, because it may be caused by rounding. The quotient of an unknown that is not displaced is infinite if the
+/// row depends on another displaced unknown whose entry is missing in the pattern.
 fn is_better([first, second]: [f64; 2], usual: f64) -> bool {
     let noise = (first - second).abs();
     first.is_normal()
@@ -376,8 +377,7 @@ mod tests {
     use super::*;
     use crate::Jacobian;
 
-    /// √y_0 + 2 √y_1 in row 0 and √y_1 + ẏ_1 in row 1. They are defined only for y ≥ 0 and, if `above` is finite, for y
-    /// ≤ `above`.
+    /// F_0 = √y_0 + 2 √y_1 and F_1 = √y_1 + ẏ_1, which are defined only for y ≥ 0 and y ≤ `above`.
     struct Roots {
         stated: bool,
         above: f64,
@@ -407,8 +407,8 @@ mod tests {
         }
     }
 
-    /// Returns the relative errors of the four entries at y = (1e-4, 4e-4) for a tolerance of 1e-3, and
-    /// the number of evaluations.
+    /// Returns the absolute errors of the four entries at y = (1e-4, 4e-4) for a tolerance of 1e-3, and the number of
+    /// evaluations.
     fn differenced(problem: &mut Roots, y_dot: [f64; 2]) -> Result<([f64; 4], u64), StepError> {
         let at = Linearization {
             t: 0.0,
@@ -429,15 +429,15 @@ mod tests {
     fn differences_stay_where_the_residual_can_be_evaluated() {
         for stated in [true, false] {
             let new = |above| Roots { stated, above, calls: 0 };
-            // One column leaves the domain; the second perturbation stays within it. The tolerance is ten times y, so
-            // both columns are also moved by fine displacements.
+            // The first perturbation of one column leaves the domain, but the second one does not. The tolerance is ten
+            // times y_0, so fine displacements are also used for both columns.
             let mut problem = new(f64::INFINITY);
             let (errors, counted) = differenced(&mut problem, [1e-9, -1e-9]).unwrap();
             assert_eq!((counted, problem.calls), (8, 8));
             // The next term of the expansion of the square root is a quarter of this bound.
             assert!(errors.iter().all(|e| *e < 50.0 * FRACTION), "{errors:?}");
             // Displacements by the tolerance leave the domain in both directions. For displacements of √ε y, truncation
-            // and rounding errors are both about √ε times 50; the bound is ten times larger.
+            // and rounding errors are both about 50 √ε; the bound is ten times as large.
             let mut problem = new(5e-4);
             let (errors, counted) = differenced(&mut problem, [1e-9, -1e-9]).unwrap();
             assert_eq!((counted, problem.calls), (11, 11));
@@ -493,8 +493,9 @@ mod tests {
         }
     }
 
-    /// Regression test: the amplifier of the IVP test set has index 1 and canceling derivatives. Its integration
-    /// stopped after five steps of about 1e-11 s, because a variable at zero was perturbed by √ε times its tolerance.
+    /// Regression test: the integration of the amplifier of the IVP test set, which has index 1 and derivatives that
+    /// cancel, stopped after five steps of about 1e-11 s, because a variable at zero was perturbed by √ε times its
+    /// tolerance.
     #[test]
     fn canceling_derivatives_cancel_in_short_steps() {
         let step = 1e-12;
@@ -510,12 +511,12 @@ mod tests {
         let [df_dy, df_dyp] = &mut parts;
         jacobian.parts(&mut Capacitor, &at, [df_dy, df_dyp]).unwrap();
         for column in df_dyp.chunks_exact(2) {
-            // Rounding of F divided by the tolerance is 2e-19/1e-8, far below the conductance.
+            // The rounding error of F divided by the tolerance is 2e-19/1e-8, much smaller than the conductance.
             let sum = (column[0] + column[1]) / step;
             assert!(sum.abs() < 1e-3 * 1e-3, "{df_dyp:?}");
         }
     }
-    /// y_0 decays, and y_1 is the rest of a constant sum.
+    /// Decay of y_0, with a constant sum of y_0 and y_1.
     struct Sum;
 
     impl Problem for Sum {
@@ -549,7 +550,7 @@ mod tests {
         let mut values = [0.0; 4];
         jacobian.combined(&mut Sum, &at, (1.0, 1e6), &mut values).unwrap();
         let exact = [1e6 + 1.0, 1.0, 0.0, 1.0];
-        // Rounding of the second row, 1e-16, is divided by displacements of 1e-8 or more.
+        // The rounding error of the second row, 1e-16, is divided by displacements of 1e-8 or more.
         let errors = values.iter().zip(exact).map(|(v, e)| (v - e).abs() / e.max(1.0));
         assert!(errors.fold(0.0, f64::max) < 1e-6, "{values:?}");
         assert_eq!(jacobian.residual_evaluations(), 6);

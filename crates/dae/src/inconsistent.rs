@@ -22,7 +22,7 @@ pub enum Inconsistent {
          Problem::constraints, including hidden constraints"
     )]
     NoConstraints,
-    /// The problem states an index above 1, so the requested values do not determine a consistent state.
+    /// The problem states an index above 1, so a correction of the requested values does not give a consistent state.
     #[error(
         "{component} has index {index}, but ConsistencyMode::AlgebraicAndDerivatives requires at most 1: use \
          ConsistencyMode::Constraints"

@@ -6,17 +6,17 @@ use crate::outcome::Outcome;
 use crate::problem::Problem;
 use crate::statistics::Statistics;
 
-/// Values corrected by [`Integrator::correct_initial_values`]; the other values are unchanged.
+/// Values that [`Integrator::correct_initial_values`] corrects. Other values remain unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ConsistencyMode {
     /// The algebraic components of y and the derivatives of the differential components, for semi-explicit systems of
     /// index 1. Rejected if [`Problem::indices`] states a higher index.
     AlgebraicAndDerivatives,
-    /// All of y, for a given ẏ, for instance zero for a steady state.
+    /// All components of y, for a given ẏ, for instance zero for a steady state.
     States,
-    /// All of y and ẏ, for systems of index 2 and 3, computed from the constraints that the problem states: see
-    /// [`project_onto_constraints`](crate::project_onto_constraints).
+    /// All components of y and ẏ, for systems of index 2 and 3, computed from the constraints that the problem states:
+    /// see [`project_onto_constraints`](crate::project_onto_constraints).
     Constraints,
 }
 
@@ -32,14 +32,15 @@ pub enum ConsistencyMode {
 ///
 /// # Directions
 /// The `t_out` of the first step determines the direction of integration. The first [`step`](Integrator::step) rejects
-/// a `t_out` equal to the initial time. If its time is already reached, [`integrate_to`](Integrator::integrate_to)
-/// takes no step and returns [`Outcome::Reached`]. IDAS integrates forward or backward; Radau IIA integrates forward
-/// only, and rejects a time before `t`.
+/// a `t_out` equal to the initial time. If `t_out` was already reached, [`integrate_to`](Integrator::integrate_to)
+/// takes no step and returns [`Outcome::Reached`]. IDAS integrates forward or backward; Radau IIA integrates only
+/// forward, and rejects a time before `t`.
 ///
 /// # Starts
-/// Initial values are passed to a builder or to [`reinit`](Integrator::reinit). If y contradicts the equations by more
-/// than the tolerances allow, the next step rejects them with an [`InconsistentStart`](crate::InconsistentStart),
-/// unless [`correct_initial_values`](Integrator::correct_initial_values) has corrected them: see
+/// Initial values are passed to a builder or to [`reinit`](Integrator::reinit). If y violates the equations by more
+/// than the tolerances allow, the next step rejects the initial values with an
+/// [`InconsistentStart`](crate::InconsistentStart), unless
+/// [`correct_initial_values`](Integrator::correct_initial_values) has corrected them: see
 /// [`check_start`](crate::check_start). Values for a restart at the current time are not checked, because after an
 /// event they contain the error of dense output.
 ///
@@ -48,16 +49,16 @@ pub enum ConsistencyMode {
 /// at least 1. The count restarts with the next call. The limit does not apply to [`step`](Integrator::step).
 ///
 /// # Failures
-/// After a recoverable error of a function, or a non-finite value, the step is repeated with a smaller size. If this
-/// does not help, the call returns [`Outcome::Stopped`]. A fatal error of a function is returned as an error with its
-/// source. A panic is propagated.
+/// If a function returns a recoverable error or a non-finite value, the step is repeated with a smaller size. If this
+/// does not help, the call returns [`Outcome::Stopped`]. A fatal error of a function is returned as an error that
+/// contains its source. Panics are propagated.
 ///
 /// # Allocation
-/// After the first few steps, a step accepted at the first attempt does not allocate memory, except when a
-/// linear solver selects new pivots.
+/// After the first few steps, a step that is accepted at the first attempt does not allocate memory unless a linear
+/// solver selects new pivots.
 pub trait Integrator<P: Problem> {
-    /// Error for misuse, and for fatal errors of the problem. If the integration cannot continue for another reason,
-    /// the call returns [`Outcome::Stopped`] instead.
+    /// Error for invalid calls and for fatal errors of the problem. If the integration cannot continue for another
+    /// reason, the call returns [`Outcome::Stopped`] instead.
     type Error: Error + Send + Sync + 'static;
 
     /// Takes one step toward `t_out`; the error test determines the step size.
@@ -75,15 +76,15 @@ pub trait Integrator<P: Problem> {
     /// Returns the same errors as [`step`](Integrator::step).
     fn integrate_to(&mut self, t_out: f64) -> Result<Outcome, Self::Error>;
 
-    /// Sets a stop time: no step passes it, and it is removed when it is reached.
+    /// Sets a stop time. No step passes this time, and the stop time is removed when it is reached.
     ///
     /// # Errors
     /// Fails if `t` is not finite or is before the current time.
     fn set_stop_time(&mut self, t: f64) -> Result<(), Self::Error>;
 
     /// Restarts at (t0, y0, ẏ0) with the same problem, settings and functions. Statistics restart at zero, and a stop
-    /// time that is not ahead is discarded. Quadratures restart from `q0` (empty without quadratures). Sensitivities of
-    /// the new values must be passed to the integrator again.
+    /// time that has already passed is discarded. Quadratures restart from `q0` (empty without quadratures).
+    /// Sensitivities of the new values must be passed to the integrator again.
     ///
     /// # Errors
     /// Fails if an array has the wrong length or contains non-finite values.
@@ -98,8 +99,7 @@ pub trait Integrator<P: Problem> {
     /// Corrects the initial values so that F(t0, y0, ẏ0) = 0. Must be called before the first step. `t_first` is the
     /// first output time, which determines the time scale; it must differ from the initial time.
     ///
-    /// [`Problem::kinds`] determines which components are algebraic. Components excluded from the error test do not
-    /// affect this choice.
+    /// [`Problem::kinds`] determines which components are algebraic, independently of exclusions from the error test.
     ///
     /// # Errors
     /// Fails if consistent values are not found, if a step was already taken, or if the problem returns a fatal error.
@@ -123,7 +123,7 @@ pub trait Integrator<P: Problem> {
     fn last_step_interval(&self) -> [f64; 2];
 
     /// Writes the solution (`derivative` = 0) or one of its time derivatives at the time `t` within the last step to
-    /// `out`. The steps do not depend on these calls. At least the first derivative is available.
+    /// `out`. This does not affect the steps. At least the first derivative is available.
     ///
     /// Before the first step, the solution and its derivative are available at the initial time.
     ///
@@ -165,8 +165,8 @@ pub trait Integrator<P: Problem> {
     fn problem_mut(&mut self) -> &mut P;
 }
 
-/// Implements [`Integrator`] for a solver by its inherent methods of the same names. Only `reinit` may have a different
-/// name, which is the last argument. The generic parameters of the implementation are given in brackets:
+/// Implements [`Integrator`] for a solver by its inherent methods of the same names. Only the method for `reinit` may
+/// have a different name, which is the last argument. Generic parameters of the implementation are given in brackets:
 /// `integrator_by_own_methods!([P: Problem] Solver<P>, P, SolverError, reinit);`
 #[macro_export]
 macro_rules! integrator_by_own_methods {
@@ -210,9 +210,9 @@ macro_rules! integrator_by_own_methods {
     };
 }
 
-/// Implements methods of a trait by the methods of the same names of the `owner`: `Self` for the inherent methods of
-/// the type, or the type to which it dereferences. Methods with `&mut self` come first. Default methods keep their
-/// default implementations unless they are listed.
+/// Implements methods of a trait by methods of the same names of the `owner`: `Self` for the inherent methods of the
+/// type, or the type to which it dereferences. Methods with `&mut self` are listed first. Default methods that are not
+/// listed keep their default implementations.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! forward {

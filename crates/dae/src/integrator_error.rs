@@ -4,7 +4,7 @@ use crate::inconsistent::Inconsistent;
 use crate::start::InconsistentStart;
 use crate::tolerances::NoIndices;
 
-/// Invalid argument or setting, or a start from inconsistent values.
+/// Error for an invalid argument or setting, or for inconsistent initial values.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the messages name the fields")]

@@ -37,7 +37,7 @@ pub struct Jacobian {
     pattern: SparsityPattern,
     /// Workspace for difference quotients, used if the problem does not implement its Jacobian.
     differences: Option<Differences>,
-    /// Whether quotients for coarse displacements are compared with quotients for fine ones.
+    /// Whether quotients for coarse displacements are compared with quotients for fine displacements.
     refines: bool,
 }
 
@@ -52,8 +52,8 @@ impl Jacobian {
         Self { pattern, differences: None, refines: true }
     }
 
-    /// Disables fine displacements. The quotients then describe the effect of changes as large as the tolerances, even
-    /// if entries are missing in the pattern.
+    /// Disables fine displacements. Even if entries are missing in the pattern, the quotients then describe the effect
+    /// of changes by the tolerances.
     pub(crate) fn coarse(mut self) -> Self {
         self.refines = false;
         self
@@ -106,8 +106,8 @@ impl Jacobian {
     }
 
     /// Evaluates ∂F/∂y and ∂F/∂ẏ as [`parts`](Self::parts) does, but by central differences if the problem does not
-    /// implement its Jacobian. One-sided quotients for displacements of √ε |y| have errors of √ε, which sensitivities
-    /// of systems of index 3 divide by h².
+    /// implement its Jacobian. One-sided quotients for displacements of √ε |y| have errors of √ε, which are divided by
+    /// h² in sensitivities of systems of index 3.
     ///
     /// # Errors
     /// Returns errors of the problem.
@@ -129,7 +129,7 @@ impl Jacobian {
             return Ok(());
         }
         let mut backward = [df_dy.to_vec(), df_dyp.to_vec()];
-        // Displacements have the same sign as the step.
+        // Displacements have the direction of motion, which changes with the sign of the step.
         let at = Linearization { step: -at.step, ..at };
         let [by_y, by_rate] = &mut backward;
         self.parts(problem, &at, [by_y, by_rate])?;
@@ -184,8 +184,8 @@ mod tests {
         }
     }
 
-    /// ẏ + y³ = 0 with a tolerance of 1e-3. One-sided quotients have a relative error of 1e-3; central quotients have
-    /// the square of this error.
+    /// ẏ + y³ = 0 with a tolerance of 1e-3. One-sided quotients have a relative error of 1e-3, and central quotients
+    /// have an error of the order of its square.
     #[test]
     fn central_differences_are_more_accurate_than_the_tolerance() {
         struct Cube;
@@ -218,8 +218,8 @@ mod tests {
         }
     }
 
-    /// A variable of value and derivative zero is added to a variable of order one. If it were displaced by √ε times
-    /// its tolerance, the displacement would be lost in the sum, and its column would be zero.
+    /// A variable with zero value and derivative is added to a variable of order one. If the displacement were √ε times
+    /// the tolerance, it would be lost in the sum, and the column of the variable would be zero.
     #[test]
     fn increments_at_zero_follow_the_tolerance() {
         let mut jacobian = Jacobian::of(&Sum);
@@ -232,8 +232,8 @@ mod tests {
         };
         let mut values = [0.0; 4];
         jacobian.combined(&mut Sum, &at, (1.0, 0.0), &mut values).unwrap();
-        // One entry per column. The bound is above the rounding of the sum, ε, divided by the smallest increment,
-        // 1e-10.
+        // There is one entry per column. The bound is above the rounding error of the sum, ε, divided by the smallest
+        // increment, 1e-10.
         for (found, exact) in values.iter().zip([1.0, 1.0, 0.0, 1.0]) {
             assert!((found - exact).abs() < 1e-5, "{values:?}");
         }

@@ -4,15 +4,15 @@ use crate::coloring::color;
 use crate::draw::draw;
 use crate::problem::{Problem, StepError, VariableKind};
 
-/// Number of random perturbations of each test. In a single one, terms may cancel, or an even function may have the
-/// same value.
+/// Number of random perturbations in each test. For a single perturbation, terms may cancel, or an even function may
+/// have the same value as before.
 const TRIALS: u64 = 2;
 
-/// Ratio of successive sizes of perturbations. A term c ẏ_j is lost in the rounding of an equation whose other terms
-/// are 1/ε times as large. The next size detects the term if it is at least 1e-14 times as large as the other terms.
+/// Ratio of successive sizes of perturbations. A term c ẏ_j is lost by rounding if the other terms of the equation are
+/// 1/ε times as large. The next size detects a term that is at least 1e-14 times as large as the other terms.
 const GROWTH: f64 = 1e14;
 
-/// Factor √ε by which perturbations are reduced if they leave the domain of F.
+/// Factor by which perturbations are reduced if they leave the domain of F, √ε.
 const SHORT: f64 = 1.5e-8;
 
 /// Largest perturbation, relative to 1 + |ẏ|.
@@ -22,9 +22,9 @@ const LARGEST: f64 = 1e300;
 ///
 /// The same rule determines differential variables ([`kinds_at`]) and equations that contain a derivative
 /// ([`check_start`](crate::check_start)). If the problem has a [`jacobian`](Problem::jacobian), the rule looks for
-/// nonzero entries of ∂F/∂ẏ, at ẏ and at other derivatives. Otherwise, it looks for any change of F when ẏ_j moves by a
-/// distance of 1 + |ẏ_j|. As long as F does not change, ẏ_j moves by larger amounts, up to 1e300 (1 + |ẏ_j|).
-/// Therefore, a coefficient is found in any unit, and is treated as zero only if it is exactly zero.
+/// nonzero entries of ∂F/∂ẏ, at ẏ and at other derivatives. Otherwise, it looks for any change of F when ẏ_j is
+/// perturbed by about 1 + |ẏ_j|. As long as F does not change, the perturbation is increased, up to 1e300 (1 + |ẏ_j|).
+/// Therefore, a coefficient is detected in any unit, and is treated as zero only if it is exactly zero.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct RateDependence {
     pub(crate) variables: Vec<bool>,
@@ -60,8 +60,8 @@ struct Search<'a, P: ?Sized> {
 }
 
 impl<P: Problem + ?Sized> Search<'_, P> {
-    /// Marks the nonzero entries of ∂F/∂ẏ. The matrix is also evaluated at derivatives near the given ones, because the
-    /// entry of ẏ_j² is zero at ẏ_j = 0.
+    /// Marks the variables and equations of nonzero entries of ∂F/∂ẏ. The matrix is also evaluated at other
+    /// derivatives, because the derivative of ẏ_j² is zero at ẏ_j = 0.
     fn by_jacobian(&mut self) -> Result<(), StepError> {
         let pattern = self.problem.jacobian_pattern();
         let mut values = vec![0.0; pattern.nnz()];
@@ -87,8 +87,8 @@ impl<P: Problem + ?Sized> Search<'_, P> {
         Ok(())
     }
 
-    /// Perturbs derivatives until F changes. First perturbs groups of columns without common rows by 1 + |ẏ_j|. Then
-    /// perturbs all remaining derivatives together and, if F changes, the individual groups.
+    /// Perturbs derivatives until F changes. First perturbs the derivatives in groups of columns without common rows,
+    /// by 1 + |ẏ_j|. Then perturbs all remaining derivatives together and, if F changes, each group separately.
     fn by_differences(&mut self) -> Result<(), StepError> {
         let n = self.y.len();
         let mut base = vec![0.0; n];
@@ -125,9 +125,9 @@ impl<P: Problem + ?Sized> Search<'_, P> {
         Ok(())
     }
 
-    /// Returns the equations that change when the derivatives of these variables are perturbed by the intended
-    /// distance. If F cannot be evaluated there, the perturbation has the opposite sign or is smaller. A value that
-    /// becomes non-finite counts as changed, because it would remain finite if the coefficient were zero.
+    /// Returns the equations that change when the derivatives of these variables are perturbed. If F cannot be
+    /// evaluated after the perturbation, the opposite sign or a smaller size is used. A value that becomes non-finite
+    /// counts as changed, because it would remain finite if the coefficient were zero.
     fn changed(
         &mut self,
         columns: &[usize],
@@ -160,12 +160,12 @@ impl<P: Problem + ?Sized> Search<'_, P> {
 /// Returns the kind of each variable as stated by the problem ([`Problem::kinds`]). If the problem does not state
 /// kinds, a variable is differential if ∂F/∂ẏ_j is not zero at (t, y, ẏ), and algebraic otherwise.
 ///
-/// Coefficients of any magnitude are detected, in any unit. If the problem implements the
-/// [`jacobian`](Problem::jacobian), its entries are examined. Otherwise, ẏ_j is perturbed by 1 + |ẏ_j| and, as long as
-/// F does not change, by larger amounts.
+/// Coefficients of any size are detected, in any unit. If the problem implements the [`jacobian`](Problem::jacobian),
+/// its entries are examined. Otherwise, ẏ_j is perturbed by 1 + |ẏ_j| and, as long as F does not change, by larger
+/// amounts.
 ///
-/// If the coefficient of a derivative is zero only at the start, the derivative is not detected; such a problem must
-/// state its [`kinds`](Problem::kinds).
+/// If the coefficient of a derivative is zero at the start but not later, the derivative is not detected. Such a
+/// problem must state its [`kinds`](Problem::kinds).
 ///
 /// # Errors
 /// Returns errors of the problem.
@@ -275,7 +275,8 @@ mod tests {
         }
     }
 
-    /// If the derivatives ẏ are perturbed, a nonlinear function may keep its value, have a zero derivative, or be undefined.
+    /// Checks that derivatives are detected in nonlinear functions, which may keep their value after a perturbation of
+    /// ẏ, have a zero derivative, or be undefined.
     #[test]
     fn a_nonlinear_derivative_is_found() {
         type Function = fn(f64) -> Result<f64, StepError>;

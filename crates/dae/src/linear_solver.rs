@@ -6,12 +6,12 @@ use crate::columns;
 use crate::linearization::Linearization;
 use crate::problem::StepError;
 
-/// Solves linear systems with the Newton matrices ∂F/∂y + c ∂F/∂ẏ of a problem `P`: evaluates the two matrices at a
-/// state, factorizes the sum for given c, and solves.
+/// Solver for linear systems with the Newton matrices ∂F/∂y + c ∂F/∂ẏ of a problem `P`. It evaluates the two matrices
+/// at a state, factorizes their combination for given values of c, and solves.
 ///
 /// BDF methods need one real c at a time. A Radau IIA method of s stages needs one real c and (s − 1)/2 complex values.
-/// An implementation may exploit structure that the full sparse matrix does not show (diagonal blocks, unknowns that
-/// can be eliminated).
+/// An implementation may use structure that the pattern of the sparse matrix does not show (diagonal blocks, unknowns
+/// that can be eliminated).
 ///
 /// Errors have the same meaning as for a residual. After a recoverable error (a singular matrix, a state outside the
 /// domain), the step is repeated with a smaller h. A fatal error ends the integration.
@@ -39,7 +39,7 @@ pub trait LinearSolver<P> {
     /// Fails if the system cannot be solved.
     fn solve_real(&mut self, problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError>;
 
-    /// Solves in place with complex matrix `k` of the last [`set_up`](LinearSolver::set_up); `k` is a zero-based index.
+    /// Solves in place with complex matrix `k`, counted from 0, of the last [`set_up`](LinearSolver::set_up).
     ///
     /// # Errors
     /// Fails if the system cannot be solved.
@@ -50,8 +50,8 @@ pub trait LinearSolver<P> {
         rhs: &mut [Complex64],
     ) -> Result<(), StepError>;
 
-    /// Solves in place with the real matrix for several right-hand sides stored row by row. The default solves column
-    /// by column. Override it if one pass over the factors can handle all columns.
+    /// Solves in place with the real matrix for several right-hand sides stored row by row. The default implementation
+    /// solves column by column. Override it if one pass over the factors can handle all columns.
     ///
     /// # Shapes
     /// `rhs`: the number of unknowns times `n_columns`.
@@ -112,7 +112,7 @@ pub trait LinearSolver<P> {
         0
     }
 
-    /// If setups reuse earlier pivots, returns the number of pivot selections so far in all matrices. Returns 0 if a
+    /// Returns the number of pivot selections so far in all matrices if setups reuse earlier pivots. Returns 0 if a
     /// setup depends only on the last evaluation and on the shifts.
     fn pivot_choices(&self) -> u64 {
         0
@@ -121,7 +121,7 @@ pub trait LinearSolver<P> {
     /// Makes the next setup select new pivots for all matrices.
     fn forget_pivots(&mut self) {}
 
-    /// Returns further information about past setups that affects the solves; empty by default.
+    /// Returns further information on past setups that affects later solves; empty by default.
     fn history(&self) -> Vec<bool> {
         Vec::new()
     }

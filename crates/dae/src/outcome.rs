@@ -85,9 +85,9 @@ impl Stop {
         Self { reason, message, t, statistics, worst_components, wrong_entry, remedies }
     }
 
-    /// Searches for a [wrong entry](check_jacobian) of the Jacobian if it may have caused the stop, because Newton's
-    /// method fails with a wrong Jacobian. The search costs about 30 evaluations of the residual; it is omitted for more
-    /// than 1000 unknowns.
+    /// Searches for a [wrong entry](check_jacobian) of the Jacobian if such an entry may have caused the stop by a
+    /// failure of Newton's method. The search costs about 30 evaluations of the residual; it is omitted for more than
+    /// 1000 unknowns.
     #[must_use]
     pub fn examined<P: Problem + ?Sized>(
         mut self,
@@ -107,8 +107,8 @@ impl Stop {
         self
     }
 
-    /// Adds suggested remedies for an integration of `problem`. `kinds` are the kinds of its variables, and `highest`
-    /// is the highest index that the method supports with its present settings.
+    /// Adds suggested remedies for an integration of `problem`. `kinds` contains the kinds of its variables, and
+    /// `highest` is the highest index that the method supports with the current settings.
     #[must_use]
     pub fn advised(mut self, problem: &impl Problem, kinds: &[VariableKind], highest: u8) -> Self {
         let context = StopContext::of(problem, kinds, self.statistics.steps);
@@ -117,7 +117,8 @@ impl Stop {
     }
 }
 
-/// Maximum number of unknowns of a problem whose Jacobian is examined after a stop. The default pattern is full.
+/// Maximum number of unknowns for which the Jacobian is examined after a stop. The limit is low, because the default
+/// pattern is full.
 const EXAMINED: usize = 1000;
 
 impl fmt::Display for Stop {
@@ -148,7 +149,7 @@ pub struct WorstComponent {
     pub index: usize,
     /// Name from [`Problem::component_name`].
     pub name: String,
-    /// Estimated local error times error weight; 1 corresponds to the tolerance.
+    /// Estimated local error times the error weight; 1 corresponds to the tolerance.
     pub weighted_error: f64,
 }
 
@@ -156,7 +157,7 @@ pub struct WorstComponent {
 const N_WORST: usize = 8;
 
 impl WorstComponent {
-    /// Selects the components with the largest weighted errors for [`Stop::worst_components`]. `of_all` contains the
+    /// Returns the components with the largest weighted errors for [`Stop::worst_components`]. `of_all` contains the
     /// weighted errors of all components.
     pub fn largest(
         problem: &impl Problem,

@@ -1,4 +1,4 @@
-//! Parameters of a problem, and the dependence of its equations on them.
+//! Parameters of a problem, and derivatives of its equations with respect to them.
 
 use crate::columns;
 use crate::jacobian::Jacobian;
@@ -12,7 +12,7 @@ pub struct Parameter {
     pub name: String,
     /// Value p.
     pub value: f64,
-    /// Typical size p̄ > 0: p̄ ∂y/∂p has the units and the error tolerances of y.
+    /// Typical size p̄ > 0. The product p̄ ∂y/∂p has the units and the error tolerances of y.
     pub scale: f64,
 }
 
@@ -33,7 +33,7 @@ impl Parameter {
 ///
 /// [`Differenced`] implements this trait for a problem whose parameters can be read and set.
 pub trait Parameters<P: ?Sized> {
-    /// Returns the parameters. Parameter j has index j in the list.
+    /// Returns all parameters. Parameter j has index j in the list.
     fn list(&self) -> &[Parameter];
 
     /// Evaluates ∂F/∂p_j at (t, y, ẏ) and writes it to `out`.
@@ -80,7 +80,7 @@ pub trait Parameters<P: ?Sized> {
     /// Stores ∂F/∂y and ∂F/∂ẏ at a state for later products. Returns `false` if the caller must evaluate the matrices
     /// instead. Override this method if the problem can compute the products faster than with assembled matrices.
     ///
-    /// `place` identifies the state if tangents of several states are stored at the same time.
+    /// `place` identifies the state, because tangents of several states may be stored at the same time.
     ///
     /// # Errors
     /// Returns errors of the problem.
@@ -172,8 +172,8 @@ pub trait Parameters<P: ?Sized> {
 /// Parameters that are read and changed by two functions. ∂F/∂p is computed by central differences about the current
 /// values of the problem.
 ///
-/// The displacement is ε^(1/3) times |p| or the scale, whichever is larger. Truncation and rounding errors are then
-/// about ε^(2/3) = 4e-11 of F.
+/// The displacement is ε^(1/3) times |p| or the scale, whichever is larger. The relative truncation and rounding errors
+/// are then about ε^(2/3) = 4e-11.
 pub struct Differenced<P> {
     list: Vec<Parameter>,
     get: Box<Getter<P>>,
@@ -234,7 +234,7 @@ impl<P: Problem> Parameters<P> for Differenced<P> {
         // Restore the problem, whether or not the evaluation succeeded.
         (self.set)(problem, j, value);
         above.and(below)?;
-        // Use the displacement as rounded in the parameter, so that the quotient refers to the actual change.
+        // Use the displacement after rounding of the parameter, so that the quotient refers to the actual change.
         let distance = high - low;
         for (out, below) in out.iter_mut().zip(&self.below) {
             *out = (*out - below) / distance;

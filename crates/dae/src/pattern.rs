@@ -1,4 +1,4 @@
-//! Detection of entries missing in the patterns of Jacobians.
+//! Detection of entries that are missing in the pattern of a Jacobian.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
@@ -33,39 +33,39 @@ impl std::fmt::Display for MissingEntry {
     }
 }
 
-/// A row is examined if the Jacobian leaves more than this fraction of its change unexplained.
+/// A row is examined if the Jacobian does not explain more than this fraction of its change.
 ///
-/// The errors of difference quotients are measured relative to the row's terms, |J| |d|. They are about √ε = 1.5e-8 for
-/// displacements of √ε times a variable, and about the tolerance for displacements by a tolerance. A hundredth is far
-/// above these errors, and an entry below a hundredth of its row barely slows Newton's method.
+/// The errors of difference quotients, relative to the terms |J| |d| of the row, are about √ε = 1.5e-8 for
+/// displacements of √ε times a variable, and about the tolerance for displacements by a tolerance. A hundredth is much
+/// larger than these errors, and an entry below a hundredth of its row barely slows down Newton's method.
 const UNACCOUNTED: f64 = 1e-2;
 
-/// Threshold for rounding, relative to the change of the residual by rounding of y and ẏ.
+/// Largest change of the residual that may be caused by rounding, relative to the change caused by rounding of y and ẏ.
 pub(crate) const ROUNDING: f64 = 100.0;
 
 /// Number of directions tried. In a single direction, the effect of a missing entry may be attributed to an entry of
-/// the same color if the two variables change by similar amounts. If the missing entry is a tenth of its row, the
-/// probability is about one fifth.
+/// the same color if the two variables change by similar amounts. The probability of this is about one fifth if the
+/// missing entry is a tenth of its row.
 pub(crate) const DIRECTIONS: u64 = 4;
 
-/// Number of rows examined for one direction, in order of decreasing error. Several rows are needed, because a row with
-/// complete entries may also have a large error if its curvature is large.
+/// Number of rows examined for each direction, in order of decreasing error. Several rows are needed, because a row
+/// without missing entries may also have a large error if it is strongly nonlinear.
 const ROWS: usize = 8;
 
 /// Searches for entries missing in the [pattern](Problem::jacobian_pattern) of a Jacobian.
 ///
-/// If the pattern is incomplete, difference quotients with coloring add missing entries to other entries. Newton's
-/// method then converges slowly or not at all, and steps are short. An integrator cannot detect this cause.
+/// If the pattern is incomplete, difference quotients with coloring add the missing entries to other entries. Newton's
+/// method then converges slowly or not at all, and steps are short. An integrator does not detect the reason.
 ///
 /// The change of the residual in four directions d, in y and in ẏ, is compared with J d. The components of y change by
 /// their tolerances and, in a second test, by equal displacements. If the difference in a row exceeds rounding and a
 /// hundredth of |J| |d|, only the variables outside the pattern of the row are perturbed, and bisection finds the
-/// variable that changes the row. Therefore, a reported entry is always missing, however nonlinear the residual is. A
-/// missing entry is not found if it is smaller than a hundredth of its row at the given state.
+/// variable that changes the row. Therefore, every reported entry is in fact missing, even if the residual is strongly
+/// nonlinear. A missing entry is not found if it is smaller than a hundredth of its row at the given state.
 ///
 /// The check costs three Jacobians, 21 evaluations of the residual, one more for each examined row, and 2 log₂ n
-/// evaluations to locate an entry. A full pattern is complete and costs nothing. Failed evaluations are ignored; see
-/// [`Problem`] for the errors of functions.
+/// evaluations to locate an entry. For a full pattern, it costs nothing. Failed evaluations are ignored; integrators
+/// report the errors of functions.
 ///
 /// # Errors
 /// Returns the missing entry.
@@ -109,7 +109,7 @@ pub fn check_pattern<P: Problem + ?Sized>(
     if jacobian.pattern().nnz() == n * n {
         return Ok(());
     }
-    // Derivatives have no tolerance: they are perturbed by √ε, and difference quotients use displacements of √ε.
+    // Derivatives have no tolerance, so they are perturbed by √ε, in the trial directions and in difference quotients.
     let weights = [f64::EPSILON.sqrt().recip(), 1.0].map(|weight| vec![weight; n]);
     let [at_rate, quotients] =
         [&weights[0], &weights[1]].map(|weights| Linearization { step: 1.0, weights, ..*at });
@@ -125,15 +125,15 @@ pub fn check_pattern<P: Problem + ?Sized>(
     Ok(())
 }
 
-/// Returns a displacement for all variables, √ε times the largest variable. If the displacements were the tolerances, a
-/// large variable would hide a variable with the value 0.
+/// Returns a common displacement for all variables, √ε times the largest variable. With displacements by the
+/// tolerances, the effect of a large variable would hide the effect of a variable with the value 0.
 pub(crate) fn equal_displacement(y: &[f64]) -> f64 {
     let largest = y.iter().fold(0.0_f64, |largest, y| largest.max(y.abs()));
     f64::EPSILON.sqrt() * if largest > 0.0 { largest } else { 1.0 }
 }
 
-/// Returns the row and column of a missing entry of ∂F/∂y or ∂F/∂ẏ. The state is given with two sets of weights: one
-/// for the trial directions and one for the difference quotients.
+/// Returns the row and column of a missing entry of ∂F/∂y or ∂F/∂ẏ. The state is given twice, with weights for the
+/// trial directions and with weights for the difference quotients.
 fn find<P: Problem + ?Sized>(
     problem: &mut P,
     jacobian: &mut Jacobian,
@@ -159,10 +159,10 @@ fn find<P: Problem + ?Sized>(
     Ok(None)
 }
 
-/// A direction, and the rows whose change along the direction differs from the product of the matrix and the direction.
+/// Direction d, and rows whose change along d differs from the product of the matrix and d.
 pub(crate) struct Unexplained {
     pub(crate) direction: Vec<f64>,
-    /// Rows and the bounds that they exceed. The row with the largest ratio comes first.
+    /// Rows and the bounds that their errors exceed, with the largest ratio of error to bound first.
     pub(crate) rows: Vec<(usize, f64)>,
 }
 
@@ -195,7 +195,7 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         Ok(probe)
     }
 
-    /// Returns F(t, y, ẏ) minus its value at the original state. Non-finite values are treated as failures.
+    /// Returns F(t, y, ẏ) minus its value at the original state, or an error if the result is not finite.
     fn change(&mut self, y: &[f64], y_dot: &[f64]) -> Result<Vec<f64>, StepError> {
         let mut change = vec![0.0; y.len()];
         self.problem.residual(self.at.t, y, y_dot, &mut change)?;
@@ -208,7 +208,7 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         }
     }
 
-    /// Computes the change of the residual when some variables or their derivatives change by d.
+    /// Returns the change of the residual when some variables or their derivatives change by d.
     pub(crate) fn change_along(
         &mut self,
         columns: impl IntoIterator<Item = usize>,
@@ -222,8 +222,8 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         self.change(&y, &y_dot)
     }
 
-    /// Returns a direction and the change of F along it. The components of the direction have random signs. If F cannot
-    /// be evaluated there, the direction is shorter and points away from zero.
+    /// Returns a direction with components of random signs, and the change of F along this direction. If F cannot be
+    /// evaluated after this change, a shorter direction that points away from zero is used.
     pub(crate) fn in_a_direction(&mut self, trial: u64) -> Result<(Vec<f64>, Vec<f64>), StepError> {
         let (at, n) = (self.at, self.base.len());
         let usual = |j| displacement(&at, j, Perturbation::Usual);
@@ -238,8 +238,8 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         Ok((away, change))
     }
 
-    /// Returns a direction, and the rows whose change along this direction is not explained by the `values` of the
-    /// pattern. The rows in `cleared` are excluded.
+    /// Returns a direction, and the rows whose change along this direction is not explained by the matrix with these
+    /// `values`. The rows in `cleared` are excluded.
     pub(crate) fn unexplained_rows(
         &mut self,
         trial: u64,
@@ -266,8 +266,8 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         Ok(Unexplained { direction: d, rows })
     }
 
-    /// Returns a variable that changes the row but is outside its pattern. Requires that all variables outside the
-    /// pattern together change the row by more than `bound`.
+    /// Returns a variable that changes the row but is not in its pattern. Returns `None` if all such variables together
+    /// change the row by at most `bound`.
     fn outside(
         &mut self,
         pattern: &SparsityPattern,

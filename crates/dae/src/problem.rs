@@ -12,7 +12,7 @@ pub enum StepError {
     /// The integrator may retry with a smaller step.
     #[error("{0}")]
     Recoverable(String),
-    /// A smaller step does not help; the integration stops and returns this error.
+    /// A smaller step would not help. The integration stops and returns this error.
     #[error(transparent)]
     Fatal(#[from] Box<dyn Error + Send + Sync>),
     /// The problem does not implement a Jacobian. Difference quotients of its residual are used
@@ -21,10 +21,10 @@ pub enum StepError {
     NoJacobian,
 }
 
-/// States whether the derivative of a variable occurs in F.
+/// Kind of a variable: whether its derivative occurs in F.
 ///
-/// This is the `id` vector of IDAS, used to compute consistent initial values. It is independent of the index of the
-/// variable and of whether the variable is excluded from the error test.
+/// The kinds correspond to the `id` vector of IDAS and are used to compute consistent initial values. They are
+/// independent of the indices of the variables and of exclusions from the error test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum VariableKind {
     /// ẏ_i occurs in F.
@@ -111,11 +111,11 @@ pub trait Problem {
         None
     }
 
-    /// Returns the perturbation index of each variable: 0 for variables of an ODE, 1 to 3 in constrained mechanics.
+    /// Returns the perturbation index of each variable: 0 for variables of an ODE, and 1 to 3 in constrained mechanics.
     /// Returns `None` (the default) if the index is unknown.
     ///
-    /// Integrators treat 0 and 1 in the same way, unless [`Suppressed`](crate::Suppressed) names the index 1. Examples:
-    /// in mechanics with constraints on positions, the index is 1 for positions, 2 for velocities, and 3 for
+    /// Integrators treat 0 and 1 in the same way unless [`Suppressed`](crate::Suppressed) excludes the index 1. For
+    /// example, in mechanics with constraints on positions, the index is 1 for positions, 2 for velocities, and 3 for
     /// multipliers. In the form of Gear, Gupta and Leimkuhler, it is 1 for positions and velocities, and 2 for the
     /// multipliers of both sets of constraints.
     fn indices(&self) -> Option<Vec<u8>> {
@@ -127,8 +127,8 @@ pub trait Problem {
         0
     }
 
-    /// Writes the constraints c(t, y) of the differential variables to `out`; every solution satisfies c = 0. A system
-    /// of index 2 provides its constraints; a system of index 3 also provides their time derivatives (hidden
+    /// Writes the constraints c(t, y) on the differential variables to `out`; every solution satisfies c = 0. A system
+    /// of index 2 provides its constraints, and a system of index 3 also provides their time derivatives (hidden
     /// constraints). Integrators evaluate c only at the start: to compute consistent initial values
     /// ([`ConsistencyMode::Constraints`](crate::ConsistencyMode::Constraints)) and to reject inconsistent ones.
     ///
@@ -147,7 +147,7 @@ pub trait Problem {
     }
 }
 
-/// A problem selected at run time. With this type, solvers are compiled only once for all problems.
+/// A problem selected at run time. Solvers for this type are compiled only once for all problems.
 impl<P: Problem + ?Sized> Problem for Box<P> {
     crate::forward! { P;
         mut residual(t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) -> Result<(), StepError>;

@@ -14,12 +14,12 @@ const DIFFERENCE: f64 = 6e-6;
 /// A constraint is redundant if a singular value is below this fraction of the largest one. The rows and columns of the
 /// matrix are [scaled](Scaling).
 const RANK: f64 = 1e-9;
-/// A matrix has full column rank if its pivots differ by less than this ratio. The margin to [`RANK`] covers the
-/// difference between pivots and singular values.
+/// A matrix has full column rank if all pivots are above this fraction of the largest one. The limit is larger than
+/// [`RANK`], because pivots and singular values differ.
 const FULL_RANK: f64 = 1e-6;
-/// Accepted residual of an equation relative to its terms. Difference quotients have errors of about 1e-10.
+/// Accepted residual of an equation, relative to its terms. Difference quotients have errors of about 1e-10.
 const RESIDUAL_TOLERANCE: f64 = 1e-6;
-/// Accepted residual relative to the change that rounding of y and ẏ causes.
+/// Accepted residual, relative to the change caused by rounding of y and ẏ.
 const ROUNDING: f64 = 100.0;
 
 /// Moves y onto the constraints stated by the problem ([`Problem::constraints`]). The change is the smallest in the
@@ -27,9 +27,9 @@ const ROUNDING: f64 = 100.0;
 /// the differential variables and y of the algebraic variables so that F(t, y, ẏ) = 0 and the constraints remain
 /// satisfied, d/dt c(t, y) = 0.
 ///
-/// The two computations use the Gauss–Newton method with full difference matrices, which cost about n evaluations of F
-/// per iteration. They are intended for mechanisms and networks, not for bodies with many thousands of unknowns. For
-/// index 2 and 3, d/dt c = 0 determines the multipliers, which F alone does not.
+/// The two computations use the Gauss–Newton method with full matrices of difference quotients, which cost about n
+/// evaluations of F per iteration. They are intended for mechanisms and networks, not for bodies with many thousands of
+/// unknowns. For index 2 and 3, F alone does not determine the multipliers, but F and d/dt c = 0 together do.
 ///
 /// # Shapes
 /// `kinds`, `y`, `y_dot`, `weights`, `distance`: the number of unknowns.
@@ -62,7 +62,7 @@ pub fn project_onto_constraints<P: Problem>(
 struct State<'a> {
     kinds: &'a [VariableKind],
     t: f64,
-    /// Length of the first interval to be integrated.
+    /// Time from the start to the first output.
     span: f64,
     y: Vec<f64>,
     y_dot: Vec<f64>,
@@ -91,8 +91,8 @@ impl State<'_> {
                 column /= *weight;
                 matrix.set_column(j, &column);
             }
-            // Rows may have different units and therefore differ by many orders of magnitude. They are scaled so that
-            // the rank decision does not depend on units.
+            // Rows may have different units and may therefore differ by many orders of magnitude. They are scaled, so
+            // that the numerical rank does not depend on units.
             for (mut row, c) in matrix.row_iter_mut().zip(c.iter_mut()) {
                 let size = row.norm();
                 if size > 0.0 {
@@ -154,7 +154,7 @@ impl State<'_> {
         Ok(())
     }
 
-    /// Checks that the residual of each equation is small relative to its terms, in scaled units.
+    /// Checks that the residual of each equation is small relative to the terms of the equation, in scaled units.
     fn expect_solved<P: Problem>(
         &mut self,
         problem: &mut P,
@@ -188,7 +188,7 @@ impl State<'_> {
         DIFFERENCE * scale(*self.sought(j), largest)
     }
 
-    /// Returns the largest change of each equation when y and ẏ change in their last digits.
+    /// Returns the largest change of each equation when the last digits of y and ẏ change.
     fn rounding<P: Problem>(
         &self,
         problem: &mut P,
@@ -208,7 +208,7 @@ impl State<'_> {
         self.kinds[j] == VariableKind::Differential
     }
 
-    /// Returns the unknown j: ẏ_j of a differential variable or y_j of an algebraic variable.
+    /// Returns unknown j: ẏ_j for a differential variable, or y_j for an algebraic variable.
     fn sought(&mut self, j: usize) -> &mut f64 {
         match self.is_rate(j) {
             true => &mut self.y_dot[j],
@@ -245,7 +245,7 @@ impl State<'_> {
     }
 }
 
-/// Computes the derivative with respect to y_j of a function of y with m values.
+/// Computes the derivative of a function of y with m values with respect to y_j.
 fn central(
     mut function: impl FnMut(&[f64], &mut [f64]) -> Result<(), StepError>,
     y: &mut [f64],
@@ -265,8 +265,8 @@ fn central(
 }
 
 /// Scaling factors for the rows and columns of a matrix. Columns are scaled by the tolerances, and rows are then
-/// normalized. Therefore, results do not depend on the units of equations and variables. Columns of
-/// [untested](UNTESTED) variables remain unscaled, because their tolerances do not indicate a unit.
+/// normalized, so that results do not depend on the units of equations and variables. Columns of [untested](UNTESTED)
+/// variables remain unscaled, because the tolerances of these variables do not indicate a unit.
 struct Scaling {
     rows: Vec<f64>,
     columns: Vec<f64>,
@@ -304,7 +304,7 @@ impl Scaling {
 }
 
 /// Computes the vector x of minimum norm that minimizes ‖A x − b‖. If A clearly has full column rank, a QR factorization
-/// is sufficient; a singular value decomposition costs many times as much.
+/// is used instead of a singular value decomposition, which costs many times as much.
 fn least_squares(a: DMatrix<f64>, b: &DVector<f64>) -> Result<DVector<f64>, Inconsistent> {
     if !a.iter().chain(b.iter()).all(|x| x.is_finite()) {
         return Err(Inconsistent::NotFound { norm: f64::NAN });

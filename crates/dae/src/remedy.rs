@@ -22,13 +22,13 @@ pub enum Remedy {
     ExcludeIndex2,
     /// Start from values that satisfy the equations and the derivatives of the constraints.
     ConsistentStart,
-    /// If the equations have a jump or a kink, restart at its time with the values after it.
+    /// Restart at the time of a jump or kink of the equations, with the values after it.
     RestartAtBreak,
     /// Loosen all tolerances.
     LooserTolerances,
     /// Tighten all tolerances.
     TighterTolerances,
-    /// Loosen the tolerances of velocities and multipliers. Newton's method uses them even if the error test does not.
+    /// Loosen the tolerances of velocities and multipliers, which Newton's method uses even if the error test does not.
     LooserMultipliers,
     /// State the constraints, and correct the initial values so that they are satisfied.
     StateConstraints,
@@ -74,7 +74,7 @@ impl fmt::Display for Remedy {
     }
 }
 
-/// Context of a failed integration, in addition to the reason.
+/// Facts about a failed integration that, together with the reason, determine the remedies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct StopContext {
     /// Highest variable index stated by the problem.
@@ -88,7 +88,7 @@ pub(crate) struct StopContext {
 }
 
 impl StopContext {
-    /// Returns the context of an integration of `problem` after the given number of steps.
+    /// Collects these facts for an integration of `problem` after the given number of steps.
     pub(crate) fn of(problem: &impl Problem, kinds: &[VariableKind], steps: u64) -> Self {
         Self {
             index: problem.indices().and_then(|all| all.into_iter().max()),
@@ -99,7 +99,7 @@ impl StopContext {
     }
 
     /// Returns the remedies for the given `reason`. `highest` is the highest index that the method supports with the
-    /// present settings.
+    /// current settings.
     pub(crate) fn remedies(self, reason: StopReason, highest: u8) -> Vec<Remedy> {
         let mut remedies = match reason {
             StopReason::MaxSteps => vec![Remedy::AnotherCall, Remedy::MoreSteps],
@@ -152,7 +152,8 @@ impl StopContext {
 mod tests {
     use super::*;
 
-    /// Regression test: for the form of Gear, Gupta and Leimkuhler, the derivative of the constraint was suggested.
+    /// Regression test: for the form of Gear, Gupta and Leimkuhler, replacing the constraint by its derivative was
+    /// suggested.
     #[test]
     fn the_error_test_and_then_newton_tolerances_are_named_for_index_2() {
         use Remedy::{ExcludeIndex2, LooserMultipliers, LooserTolerances, Radau, RestartAtBreak};

@@ -9,7 +9,7 @@ use crate::problem::{Problem, StepError};
 pub struct InconsistentStart {
     /// The initial time.
     pub t: f64,
-    /// Zero-based index of the equation. For a constraint, the number of equations plus the index of the constraint.
+    /// Zero-based index of the equation. For a constraint: the number of equations plus the index of the constraint.
     pub equation: usize,
     /// Number of equations.
     pub n_equations: usize,
@@ -42,21 +42,21 @@ impl std::fmt::Display for InconsistentStart {
     }
 }
 
-/// Jump of algebraic variables, in units of the tolerance, that the first step of BDF accepts. The error estimate of
-/// this step is half the difference from the prediction.
+/// Jump of algebraic variables, in tolerances, that the first step of BDF accepts. The error estimate of this step is
+/// half the difference between the solution and the prediction.
 const FIRST_JUMP: f64 = 2.0;
 
-/// Number of trial changes of y. The terms of an equation may cancel for one change, but are unlikely to cancel for all
-/// of them.
+/// Number of trial changes of y. The terms of an equation may cancel for one change but are unlikely to cancel for all
+/// changes.
 const TRIALS: u64 = 4;
 
-/// Rounding error of the sum of an equation's terms, relative to y.
+/// Relative change of y whose effect on an equation is an estimate of the rounding error of the equation.
 const ROUNDING: f64 = 1e3 * f64::EPSILON;
 
-/// Rejects initial values if y contradicts the equations without derivatives, or the
-/// [constraints](Problem::constraints) stated by the problem.
+/// Rejects initial values if y violates the equations without derivatives or the [constraints](Problem::constraints)
+/// stated by the problem.
 ///
-/// Each residual is divided by the largest change that it undergoes when y changes within the tolerances 1/w_j:
+/// Each residual is divided by its largest change when y changes within the tolerances 1/w_j:
 ///
 /// ```text
 /// e_i = |F_i| / max_k |F_i(y + d_k) − F_i(y)|,    |d_kj| between 0.5/w_j and 1/w_j
@@ -64,9 +64,10 @@ const ROUNDING: f64 = 1e3 * f64::EPSILON;
 ///
 /// The initial values are rejected if √(Σ e_i²/n) exceeds 2. Error tests use the same norm for variables.
 ///
-/// Equations that depend on ẏ, by the rule of [`kinds_at`](crate::kinds_at), are excluded, because a wrong ẏ does not
-/// make y wrong. A wrong ẏ affects only the size of the first step of Radau IIA. IDAS begins with short steps, or stops
-/// with a message. Failed evaluations are ignored here, because the first step reports them.
+/// Equations that depend on ẏ, as determined by the rule of [`kinds_at`](crate::kinds_at), are excluded, because a
+/// wrong ẏ does not make y wrong. With a wrong ẏ, Radau IIA only chooses another size of the first step, and IDAS
+/// begins with short steps or stops with a message. Failed evaluations are ignored here, because the first step reports
+/// them.
 ///
 /// # Shapes
 /// `y`, `y_dot`, `weights`: the number of unknowns.
@@ -89,8 +90,8 @@ pub fn check_start<P: Problem + ?Sized>(
     if are_satisfied(&equations) {
         return Ok(());
     }
-    // `weigh` has moved ẏ once, by 1 + |ẏ|. The complete rule is expensive. It is therefore evaluated only if the
-    // values would be rejected.
+    // `weigh` has perturbed ẏ only once, by 1 + |ẏ|. The complete rule is expensive, so it is applied only if the
+    // values would otherwise be rejected.
     let Ok(rates) = RateDependence::at(problem, (t, y, y_dot)) else {
         return Ok(());
     };
@@ -168,7 +169,7 @@ fn weigh<P: Problem + ?Sized>(
 mod tests {
     use super::*;
 
-    /// Two equations: ẋ − x, and a function of x and z.
+    /// Two residuals: ẋ − x, and a function of x and z.
     struct Two(fn(f64, f64) -> f64);
 
     impl Problem for Two {

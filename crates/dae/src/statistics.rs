@@ -14,7 +14,7 @@ pub struct Statistics {
     pub error_test_failures: u64,
     /// Steps abandoned because the nonlinear system could not be solved (`IDAGetNumStepSolveFails`).
     pub step_solve_failures: u64,
-    /// Failures of Newton's method to converge, including those followed by success with a fresh Jacobian
+    /// Convergence failures of Newton's method, including failures after which the method succeeded with a new Jacobian
     /// (`IDAGetNumNonlinSolvConvFails`).
     pub newton_failures: u64,
     /// Newton iterations.
@@ -47,8 +47,7 @@ pub struct Statistics {
     pub initial_step: f64,
     /// Time reached internally, which may be beyond the time of the last output.
     pub t_reached: f64,
-    /// Factor by which the tolerances should be increased if they are too tight for machine
-    /// precision.
+    /// Factor by which the tolerances should be increased if they are too tight for machine precision.
     pub tolerance_scale_factor: f64,
     /// Return code of the last call of the linear solver.
     pub last_linear_flag: i64,

@@ -26,7 +26,7 @@ pub enum StopReason {
     MaxSteps,
     /// The tolerances are too tight for machine precision.
     ToleranceTooTight,
-    /// The error weights could not be computed, or a tolerance has become zero.
+    /// The error weights could not be computed, or the tolerance of a component became zero.
     ErrorWeightsFailed,
     /// A root function could not be evaluated.
     RootFunctionFailed,

@@ -23,7 +23,7 @@ pub enum Tolerances {
 }
 
 impl Tolerances {
-    /// Creates the same tolerances for all components.
+    /// Creates tolerances that are the same for all components.
     pub fn scalar(relative: f64, absolute: f64) -> Self {
         Self::Scalar { relative, absolute }
     }
@@ -58,8 +58,8 @@ impl Tolerances {
     }
 
     /// Returns weights for distances between states: 1/absolute_i, or the error weight if the absolute tolerance is
-    /// zero. A relative tolerance would make changes of components near 0 expensive, although their values are often
-    /// rough guesses.
+    /// zero. Error weights with a relative tolerance would give components near 0 a large weight, although their values
+    /// are often rough guesses.
     pub fn distance(&self, weights: &[f64]) -> Vec<f64> {
         let pairs = weights.iter().enumerate();
         pairs
@@ -98,17 +98,17 @@ pub enum Suppressed {
     /// Components are excluded if their index, as stated by [`Problem::indices`](crate::Problem::indices), has this
     /// value or a higher one. Newton's method must still converge for them.
     FromIndex(u8),
-    /// Components with this index or a higher one are excluded from both the error test and Newton's convergence test.
-    /// Their absolute tolerance is [`UNTESTED`], as in published runs of IDAS. User-defined error weights do not
-    /// change. These components may be wrong by more than their size, unless Newton's method of IDAS is strict
-    /// (`strict_newton`); [`FromIndex`](Self::FromIndex) keeps them accurate.
+    /// Components with this index or a higher one are excluded from both the error test and the convergence test of
+    /// Newton's method. Their absolute tolerance is [`UNTESTED`], as in published runs of IDAS. User-defined error
+    /// weights do not change. The errors of these components may exceed their size unless the strict Newton iteration
+    /// of IDAS (`strict_newton`) is used; with [`FromIndex`](Self::FromIndex), they remain accurate.
     ExcludeFromIndex(u8),
 }
 
 /// Absolute tolerance of components excluded from all tests, as in published runs of IDAS.
 pub const UNTESTED: f64 = 1e10;
 
-/// Components are to be excluded by index, but the problem does not state indices.
+/// Error: components are to be excluded by index, but the problem does not state indices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
     "components cannot be excluded by index, because the problem does not define indices: implement \

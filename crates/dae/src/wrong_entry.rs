@@ -43,19 +43,19 @@ const WRONG_AT_KINK: f64 = 0.1;
 /// Maximum relative difference between quotients for two displacements.
 const AGREEMENT: f64 = 0.01;
 
-/// Maximum factor by which displacements are enlarged for columns with small entries. F may be nonlinear over longer
-/// displacements.
+/// Maximum factor by which displacements are enlarged for columns with small entries. Over longer displacements, F may
+/// be nonlinear.
 const ENLARGEMENT: f64 = 1e3;
 
 /// Compares the exact [`jacobian`](Problem::jacobian) of a problem with difference quotients of the residual.
 ///
 /// The change of the residual in four directions d, in y and in ẏ, is compared with J d. The components of y change by
 /// their tolerances, by equal displacements, and by displacements in inverse proportion to the largest entry of their
-/// column. If the difference in a row exceeds rounding and a hundredth of |J| |d|, the entry is found by bisection and
-/// confirmed by central differences with two displacements. An entry is not found if its relative error is below 0.02
-/// (0.1 at kinks), if it is much smaller than both its row and its column, or if it is correct at this state but not
-/// elsewhere. At a kink, values between the slopes on its two sides are accepted. The check accepts problems without a
-/// Jacobian and ignores evaluations that fail.
+/// column. If the difference in a row exceeds rounding errors and a hundredth of |J| |d|, the entry is found by
+/// bisection and confirmed by central differences with two displacements. A wrong entry is not found if its relative
+/// error is below 0.02 (0.1 at kinks), if it is much smaller than the other entries of its row and of its column, or if
+/// it is wrong only at other states. At a kink, values between the slopes on the two sides are accepted. The check
+/// accepts problems without a Jacobian and ignores failed evaluations.
 ///
 /// # Errors
 /// Returns the first wrong entry.
@@ -72,7 +72,7 @@ pub fn check_jacobian<P: Problem + ?Sized>(
     let equal = vec![1.0 / equal_displacement(at.y); at.y.len()];
     let scaled = column_weights(&equal, &pattern, &parts[0]);
     let [at_equal, at_scaled] = [&equal, &scaled].map(|weights| Linearization { weights, ..*at });
-    // Derivatives have no tolerance: they are perturbed by 1 + |ẏ|.
+    // Derivatives have no tolerance, so they are perturbed by 1 + |ẏ|.
     let weights: Vec<f64> = at.y_dot.iter().map(|v| 1.0 / (1.0 + v.abs())).collect();
     let at_rate = Linearization { step: 1.0, weights: &weights, ..*at };
     for (at, is_rate_matrix) in
@@ -93,8 +93,8 @@ pub fn check_jacobian<P: Problem + ?Sized>(
     Ok(())
 }
 
-/// Returns weights reduced by the ratio of the largest entry of the matrix to the largest entry of the column, so that
-/// all columns have similar effects. For example, the columns of multipliers may have small entries alone.
+/// Returns weights divided by the ratio of the largest entry of the matrix to the largest entry of the column, so that
+/// all columns have similar effects. For example, the columns of multipliers may contain only small entries.
 fn column_weights(weights: &[f64], pattern: &SparsityPattern, values: &[f64]) -> Vec<f64> {
     let mut sizes = vec![0.0_f64; weights.len()];
     for ((column, _), value) in pattern.entries().zip(values) {
@@ -121,7 +121,7 @@ impl Stated<'_> {
         }
     }
 
-    /// Returns the product of the given columns of one row with d.
+    /// Returns the product of a row, restricted to the given columns, and d.
     fn product(&self, row: usize, columns: &[usize], d: &[f64]) -> f64 {
         let terms = columns.iter().map(|&j| self.entry(row, j) * d[j]);
         terms.sum()
@@ -157,8 +157,8 @@ fn find<P: Problem + ?Sized>(
     Ok(None)
 }
 
-/// Returns the difference quotient of an entry if the quotient is reliable and differs from the stated entry. Constants
-/// in F may hide the effect of displacements below `visible`.
+/// Returns the difference quotient of an entry if the quotient is reliable and differs from the stated entry. If F
+/// contains large constants, the effect of displacements below `visible` may be lost by rounding.
 fn confirmed<P: Problem + ?Sized>(
     probe: &mut Probe<'_, P>,
     (row, column): (usize, usize),
@@ -178,8 +178,8 @@ fn confirmed<P: Problem + ?Sized>(
     let stated = matrix.entry(row, column);
     let size = long.abs().max(short.abs());
     let is_smooth = (long - short).abs() <= AGREEMENT * size.max(stated.abs());
-    // At a kink, the entry may be the slope on one side or, if the kink is rounded off within a shorter distance, a slope
-    // between the two. If the function is smooth, the two slopes approach each other as the displacement decreases.
+    // At a kink, the entry may be the slope on one side or, if the kink is smoothed over a shorter distance, a value
+    // between the two slopes. For a smooth function, the two slopes approach each other as the displacement decreases.
     let is_kink = (near_ahead - near_behind).abs() > 0.5 * (ahead - behind).abs();
     let nearest = match is_kink {
         true => stated.clamp(ahead.min(behind), ahead.max(behind)),

@@ -238,8 +238,8 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
 /// tighter tolerances are suggested.
 const LOOSE: f64 = 1e-5;
 
-/// Number of times in each direction at which F is compared with its value at the current time. Their distances from the
-/// current time decrease by factors of 2 from the whole span to about the rounding error.
+/// Number of times in each direction at which F is compared with its value at the current time. Their distances from
+/// the current time decrease by factors of 2 from the whole span to about the rounding error.
 const DISTANCES: i32 = 48;
 
 /// Returns whether F has the same value at other times. F then has no inputs that may need a break.

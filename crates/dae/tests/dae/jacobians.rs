@@ -5,8 +5,8 @@ use myovib_conformance::samples::{
 };
 use myovib_dae::{Linearization, Problem, StepError, Tolerances, check_jacobian};
 
-/// Checks the Jacobian of a sample near its start (y moved by 10 %): first unchanged, then with each entry doubled or
-/// negated. Returns the number of detected changes, and the number of all changes.
+/// Checks the Jacobian of a sample near its start (y changed by 10 %), first unchanged and then with each entry doubled
+/// or negated. Returns the number of detected changes and the number of all changes.
 fn found<S: Sample + Clone>(sample: &S) -> (usize, usize) {
     let start = sample.start();
     let y: Vec<f64> = start.y.iter().map(|y| 1.1 * y + 0.1).collect();
@@ -41,9 +41,9 @@ fn wrong_entries_are_named() {
     assert!(found(&Akzo).0 >= 20, "{:?}", found(&Akzo));
 }
 
-/// Every nonzero entry of the form of Gear, Gupta and Leimkuhler is reported if its sign is wrong. Regression test: the
-/// multiplier μ is zero, so its tolerance was small relative to the tolerance of velocities, and its wrong entries were
-/// not found.
+/// Checks that every nonzero entry of the form of Gear, Gupta and Leimkuhler is reported if its sign is wrong.
+/// Regression test: wrong entries of the multiplier μ were not found, because μ is zero and its tolerance is therefore
+/// small relative to the tolerances of velocities.
 #[test]
 fn entries_of_a_variable_with_a_small_tolerance_are_found() {
     let mut sample = Pendulum::new(MechanicalForm::Stabilized);
@@ -63,7 +63,8 @@ fn entries_of_a_variable_with_a_small_tolerance_are_found() {
     }
 }
 
-/// Entries with an error of at least 2 % are reported, as the documentation states. Half of this error is accepted.
+/// Checks that entries with an error of at least 2 % are reported, as documented, and that half of this error is
+/// accepted.
 #[test]
 fn small_relative_errors_are_found() {
     let at = Linearization { t: 0.0, y: &[0.0], y_dot: &[0.0], step: 1e-3, weights: &[1e4] };
@@ -115,7 +116,7 @@ fn one_sided_derivatives_at_a_kink_are_correct() {
     }
 }
 
-/// Constants in F hide the effect of displacements by a tolerance of 1e-20.
+/// Displacements by the tolerance of 1e-20 have no effect on F, because F adds them to 1.
 #[test]
 fn an_entry_that_rounding_hides_is_correct() {
     let at = Linearization { t: 0.0, y: &[0.0], y_dot: &[0.0], step: 1e-3, weights: &[1e20] };
@@ -124,7 +125,7 @@ fn an_entry_that_rounding_hides_is_correct() {
     assert!(check_jacobian(&mut Stated(square, -2.0), &at).is_err());
 }
 
-/// The exact slope of a kink that is rounded off within a hundredth of the tolerance is accepted.
+/// Checks that the exact slope of a kink smoothed over a hundredth of the tolerance is accepted.
 #[test]
 fn the_slope_of_a_rounded_kink_is_correct() {
     let at = Linearization { t: 0.0, y: &[5e-7], y_dot: &[0.0], step: 1e-3, weights: &[1e4] };
@@ -138,8 +139,8 @@ fn the_slope_of_a_rounded_kink_is_correct() {
 #[test]
 fn one_sided_slopes_of_a_smooth_function_are_wrong() {
     let at = Linearization { t: 0.0, y: &[0.0], y_dot: &[0.0], step: 1e-3, weights: &[1e4] };
-    // Slopes from 1e-6 upward in steps of 5 %, with either sign. The range extends beyond the displacements on both
-    // sides by a factor of up to 100.
+    // Slopes of both signs from 1e-6 upward, in steps of 5 %. The range extends by a factor of at least 100 to both
+    // sides of the tolerance, 1e-4.
     for slope in (0..200).map(|k| 1e-6 * 1.05_f64.powi(k)).flat_map(|slope| [slope, -slope]) {
         let checked = check_jacobian(&mut Stated(|y| y * y, slope), &at);
         assert!(checked.is_err(), "{slope}");

@@ -1,4 +1,4 @@
-//! Checks of exact patterns of samples, complete or with one entry removed.
+//! Checks of the exact patterns of samples, complete or with one entry removed.
 
 use myovib_conformance::samples::*;
 use myovib_dae::{
@@ -89,7 +89,7 @@ fn judge(sample: &mut dyn Sample) {
         step: 1e-6,
         weights: &weights,
     };
-    // Contribution of each entry to its row, for the perturbations used by the check.
+    // Contribution of each entry to its row, for the perturbations that the check uses.
     let units = [f64::EPSILON.sqrt().recip(), 1.0].map(|weight| vec![weight; n]);
     let [at_rate, quotients] =
         [&units[0], &units[1]].map(|weights| Linearization { step: 1.0, weights, ..at });
@@ -199,8 +199,8 @@ fn check_diagonal(
     check_pattern(&mut Diagonal(n, residual), &at)
 }
 
-/// H D H x with the Householder matrix H = 1 − 2 u uᵀ and D = 3. The product is 3 x, but every row contains rounding
-/// errors from all components of x.
+/// Uses the product H D H x with the Householder matrix H = 1 − 2 u uᵀ and D = 3. It is equal to 3 x, but every row
+/// contains rounding errors from all components of x.
 #[test]
 fn rounding_errors_are_not_entries() {
     let n = 16;
@@ -219,7 +219,7 @@ fn rounding_errors_are_not_entries() {
         reflect(&mut x);
         rounded += (0..n).filter(|&i| x[i] != 3.0 * y[i]).count();
         (0..n).for_each(|i| r[i] = v[i] + 1e-9 * x[i]);
-        // Rows that contain only rounding errors.
+        // These rows contain only rounding errors.
         (0..n / 2).for_each(|i| r[i] = x[i] - 3.0 * y[i]);
         Ok(())
     });
@@ -227,7 +227,7 @@ fn rounding_errors_are_not_entries() {
     assert!(rounded > n);
 }
 
-/// All concentrations are zero, so most directions leave the domain.
+/// Uses concentrations that are all zero, so that most directions leave the domain.
 #[test]
 fn entries_are_found_at_the_border_of_the_domain() {
     let n = 10;
@@ -257,7 +257,7 @@ fn entries_of_the_derivative_are_found_and_failures_are_ignored() {
     assert_eq!(check_diagonal(&[1.0, 1.0], fails), Ok(()));
 }
 
-/// The large variable has a tolerance 1000 times as large as the variable with the value 0.
+/// The tolerance of the large variable is 1000 times the tolerance of the variable with the value 0.
 #[test]
 fn entries_of_variables_that_are_zero_are_found() {
     let (y, y_dot, weights) = ([1.0, 0.0], [0.0; 2], [1e3, 1e6]);
