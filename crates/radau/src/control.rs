@@ -28,7 +28,7 @@ pub(crate) struct StepHistory {
 }
 
 impl StepHistory {
-    /// Validates values from outside the program, for example from a saved state.
+    /// Validates values that may come from a saved state.
     pub(crate) fn validate(&self) -> Result<(), IntegratorError> {
         for (h, error) in [self.accepted, self.rejected].into_iter().flatten() {
             expect_positive("step of the state", h)?;
@@ -52,12 +52,12 @@ const LEAST_TREND: f64 = 1e-2;
 const LEAST_SMOOTH: [f64; 2] = [1e-3, 1e-2];
 
 /// Range of orders that indicates a rough solution. If the solution is smooth, the estimate decreases as h^(s+1)
-/// between attempts at a step. If a derivative of low order jumps within the step, the power of h is in this range. If
-/// the estimate does not decrease, the initial values of the step contain errors.
+/// between attempts at a step. If a derivative of low order jumps within the step, the exponent of h is in this range.
+/// If the estimate does not decrease, the initial values of the step contain errors.
 const ROUGH_ORDERS: (f64, f64) = (0.5, 2.5);
 
-/// Maximum growth of the estimate from step to step for a smooth solution, in addition to the growth caused by a
-/// different step size.
+/// Maximum growth of the estimate between steps for a smooth solution, apart from the growth caused by a change of the
+/// step size.
 const ROUGH_GROWTH: f64 = 10.0;
 
 impl Control {
@@ -100,9 +100,9 @@ impl Control {
 
     /// Returns the error that determines whether a step is accepted.
     ///
-    /// The estimate of order s + 1 may exceed the tolerance for the solution, because the error of a smooth solution
-    /// has order 2s. If an estimate does not behave like the estimate of a smooth solution, it is regarded as the error
-    /// and compared with the tolerance for the solution.
+    /// The estimate, which has order s + 1, may exceed the tolerance for the solution, because the error of a smooth
+    /// solution has order 2s. If the estimate does not behave as for a smooth solution, it is treated as the error and
+    /// compared with the tolerance for the solution.
     pub(crate) fn judge(&self, h: f64, error: f64) -> f64 {
         let rough = match (self.history.rejected, self.history.accepted) {
             (Some((last_h, last_error)), _) => {
@@ -133,9 +133,9 @@ impl Control {
     }
 
     /// Returns the largest next step size that the error of the multipliers allows. `left` is the error that remains
-    /// after the removal of the leading error. It is proportional to h^`order`.
+    /// after the removal of the leading error, and is proportional to h^`order`.
     ///
-    /// The current step does not depend on this error, so the error never causes a repetition.
+    /// This error does not affect the current step, so the step is never repeated because of it.
     pub(crate) fn propose_for_multipliers(&self, h: f64, left: f64, order: i32) -> f64 {
         let exponent = -1.0 / f64::from(order.max(1));
         let factor = self.safety * left.max(LEAST_ERROR).powf(exponent);

@@ -17,10 +17,10 @@ use crate::method::Method;
 /// û(t_0 + θh) = u(t_0 + θh) + h (ẏ_0 − u'(t_0)) r(θ),
 /// ```
 ///
-/// with the ramp r of degree s + 1, r(0) = 0, r'(0) = 1, r'(c_j) = 0. To leading order, the error of u'(t_0) and the
-/// error of the values of u are h^(s+1) times the same derivative of the solution. Therefore, removing the first error
-/// also removes the second. The error of û is O(h^(s+2)), and û continues the previous step with a continuous
-/// derivative. Since r(1) = 0, the values at the two ends do not change.
+/// with the ramp r of degree s + 1, r(0) = 0, r'(0) = 1, r'(c_j) = 0. To leading order, the errors of h u'(t_0) and of
+/// u are multiples of h^(s+1) and of the same derivative of the solution. Therefore, removing the first error also
+/// removes the second. The error of û is O(h^(s+2)), and û continues the previous step with a continuous derivative.
+/// Since r(1) = 0, the values at the two ends do not change.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Collocation {
     pub(crate) t0: f64,
@@ -53,8 +53,8 @@ impl Collocation {
         Self { t0, h: 1.0, y0: y0.to_vec(), y_dot0: y_dot0.to_vec(), increments }
     }
 
-    /// Extends a [`line`](Self::line) to a first step of size `h`. An extrapolation far beyond the end of the line
-    /// would be dominated by rounding.
+    /// Extends a [`line`](Self::line) to the size `h` of a first step, because an extrapolation far beyond the end of
+    /// the line would be dominated by rounding errors.
     pub(crate) fn stretch_line(&mut self, h: f64) {
         if h > self.h {
             self.increments.iter_mut().for_each(|z| *z *= h / self.h);
@@ -75,8 +75,8 @@ impl Collocation {
         self.y0.len() + self.y_dot0.len() + self.increments.len()
     }
 
-    /// Sets the slope of û at t_0 to the slope of u for the given `components`, so that û equals u. Used for a first
-    /// step, because the derivatives of algebraic variables are then unknown.
+    /// Sets the slope of û at t_0 to the slope of u for the given `components`, so that û equals u. This is required,
+    /// for example, in a first step, in which the initial derivatives of algebraic variables are unknown.
     pub(crate) fn free_start(
         &mut self,
         method: &Method,
@@ -160,8 +160,8 @@ impl Collocation {
         }
     }
 
-    /// Extrapolates the polynomial to the next step, which starts at `t` and has size `h`. The result is the stage
-    /// increments relative to the solution `y` at `t`.
+    /// Extrapolates the polynomial to the next step, which starts at `t` and has size `h`. Writes the stage increments,
+    /// relative to the solution `y` at `t`, to `z`.
     pub(crate) fn extrapolate(&self, method: &Method, t: f64, h: f64, y: &[f64], z: &mut [f64]) {
         let n = y.len();
         for (z_i, c) in z.chunks_exact_mut(n).zip(method.nodes()) {
@@ -180,8 +180,8 @@ pub(crate) fn start_slope(method: &Method, h: f64, z: &[f64], out: &mut [f64]) {
     write_combined(out, out.len(), slope, z);
 }
 
-/// Returns the difference at t_0 between y_0 and the polynomial of degree s − 1 through the values of component i at
-/// the stages. `z` contains the stage increments relative to y_0. The polynomial itself does not depend on y_0.
+/// Returns the difference at t_0 between the polynomial of degree s − 1 through the values of component i at the stages
+/// and y_0. `z` contains the stage increments relative to y_0. The polynomial itself does not depend on y_0.
 pub(crate) fn change_of_start(method: &Method, n: usize, z: &[f64], i: usize) -> f64 {
     let z_i = z[i..].iter().step_by(n).zip(method.nodes()).enumerate();
     z_i.map(|(j, (z, c))| c * method.basis_derivative(j, 0.0) * z).sum()
@@ -203,7 +203,7 @@ fn write_scaled(y: &mut [f64], a: f64, x: &[f64]) {
     }
 }
 
-/// Number of entries of each vector combined at a time, so that the entries of all vectors remain in the
+/// Number of entries of each vector that are combined at a time, so that the entries of all vectors remain in the
 /// cache.
 pub(crate) const AT_A_TIME: usize = 256;
 

@@ -1,6 +1,6 @@
-//! Errors of this crate: misuse, and fatal errors of the problem.
+//! Errors of this crate: invalid calls, and fatal errors of the problem.
 //!
-//! If an integration cannot continue, this is not an error but an [`Outcome::Stopped`](myovib_dae::Outcome::Stopped).
+//! An integration that cannot continue returns an [`Outcome::Stopped`](myovib_dae::Outcome::Stopped), not an error.
 
 /// Reason why an integration is impossible.
 #[derive(Debug, thiserror::Error)]

@@ -8,7 +8,7 @@ use crate::internal_variables::EliminatedVariables;
 use crate::newton::{Step, evaluate, norm};
 use crate::work::Counters;
 
-/// Number of points per step of the previous size at which undetected inputs are searched for.
+/// Number of points at which to search for undetected inputs, in a step as long as the previous one.
 const POINTS: f64 = 10.0;
 
 /// Workspace for the error estimate.
@@ -21,7 +21,7 @@ const POINTS: f64 = 10.0;
 /// ```
 ///
 /// where γ is the real eigenvalue of A⁻¹. For M ẏ = f(t, y), this is (IV.8.19) in Hairer & Wanner, the difference from
-/// an embedded method of order s. The form used here does not require f and M separately. The estimate is O(h^(s+1)).
+/// an embedded method of order s. This form does not require f and M separately. The estimate is O(h^(s+1)).
 /// In a first or repeated step, a large estimate is filtered a second time, with F(t_n, y_n + err, u'(t_n)), see
 /// (IV.8.20).
 #[derive(Debug)]
@@ -86,14 +86,14 @@ impl ErrorTest {
         }))
     }
 
-    /// Returns weighted norms of the filtered residual between the stages: the first over the differential variables,
-    /// the second over the algebraic variables.
+    /// Returns weighted norms of the filtered residual between the stages, over the differential variables and over the
+    /// algebraic variables.
     ///
-    /// For differential variables, the residual is summed over points of the step. For a smooth solution, it changes
-    /// sign at the nodes, and the sum is smaller than the estimate at t_n. For algebraic variables, the norm is the
-    /// maximum over the points, because a short input that acts on them leaves the interpolated differential variables
-    /// unchanged. If the step size has `grown`, the number of points increases by the same factor, so that their
-    /// distance does not grow.
+    /// For differential variables, the residual is summed over points of the step. For a smooth solution, the residual
+    /// changes sign at the nodes, and the sum is smaller than the estimate at t_n. For algebraic variables, the maximum
+    /// over the points is used, because a short input that acts on them does not affect the interpolated differential
+    /// variables. If the step size has `grown` by a factor, the number of points increases by the same factor, so that
+    /// the distance between points does not grow.
     pub(crate) fn between<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -232,8 +232,8 @@ mod tests {
         test.error(0)
     }
 
-    /// Checks the estimate for ẏ = t^s from t = 0. The quadrature of the embedded method has order s. Its error for ∫
-    /// t^s equals its residual at 0, −Π(0 − c_i) h^s, times h/γ.
+    /// Checks the estimate for ẏ = t^s from t = 0. The quadrature of the embedded method has order s. Its error for
+    /// ∫ t^s equals the residual at 0, −Π(0 − c_i) h^s, times h/γ.
     #[test]
     fn the_estimate_is_the_error_of_the_embedded_method() {
         for stages in [1, 3, 5, 7] {
@@ -275,8 +275,8 @@ mod tests {
             });
             let order = |k: usize| (errors[0][k] / errors[1][k]).log2();
             let s = stages as f64;
-            // Long steps are required to keep the true error above rounding. Therefore, the tolerance is a fifth for
-            // the higher orders.
+            // The steps must be long to keep the true error above rounding. At high orders, the measured order
+            // therefore deviates by up to a fifth.
             let of_estimate = order(0) / (s + 1.0);
             assert!((of_estimate - 1.0).abs() < 0.2, "s = {s}: {}", order(0));
             let of_truth = order(1) / (2.0 * s);
@@ -287,7 +287,7 @@ mod tests {
             let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();
             let pade = factorial(stages) * factorial(stages - 1)
                 / (factorial(2 * stages - 1) * factorial(2 * stages));
-            // The decay within the step reduces the ratio to 1 − O(h).
+            // Because of the decay within the step, the ratio is 1 − O(h).
             let ratio = truth / (pade * (0.5 * largest).powi(2 * stages as i32));
             assert!((0.1..1.0).contains(&ratio), "s = {s}: {ratio}");
         }

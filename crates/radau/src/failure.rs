@@ -21,7 +21,7 @@ impl Operation {
     /// Converts an error of this operation; for use with `map_err`. After a recoverable error, the step size is halved.
     /// A fatal error ends the integration.
     pub(crate) fn failed(self) -> impl FnOnce(StepError) -> Failure {
-        // The reason applies if this operation keeps failing.
+        // The reason is reported if this operation fails for all step sizes.
         let (function, reason) = match self {
             Self::Residual => ("residual", StopReason::ResidualFailed),
             Self::Jacobian => ("Jacobian", StopReason::JacobianFailed),
@@ -87,8 +87,8 @@ pub(crate) struct Failures {
     near_kink: bool,
 }
 
-/// Number of times that a step may remain unsolved before larger reductions are used. The time scale of a first step is
-/// unknown, and other steps may be near a kink.
+/// Number of failures to solve a step after which a first step, whose time scale is unknown, is reduced by a larger
+/// factor, and another step is considered to be near a kink.
 const PATIENCE: usize = 2;
 
 impl Failures {
@@ -102,8 +102,8 @@ impl Failures {
         !matches!(reason, ConvergenceFailures | ErrorTestFailures)
     }
 
-    /// Returns whether the problem itself has rejected a larger step. In this case, accuracy does not determine the
-    /// size of this step.
+    /// Returns whether the problem itself has rejected a larger step. If so, the size of this step is not determined by
+    /// accuracy.
     pub(crate) fn refused(self) -> bool {
         self.refused
     }
@@ -113,14 +113,14 @@ impl Failures {
         self.unsolved > 0
     }
 
-    /// Returns whether Newton's method has failed so often that F may have a kink near the start of the step. Later
-    /// steps approach the kink until one step passes it.
+    /// Returns whether Newton's method has failed so often that F may have a kink near the start of the step. In this
+    /// case, the next steps approach the kink until a step passes it.
     pub(crate) fn suggest_kink(self) -> bool {
         self.unsolved > PATIENCE || (self.near_kink && self.unsolved())
     }
 
-    /// Returns zero counts for the start of a new step. `refused` states whether the problem [rejected](Self::refused)
-    /// a larger size of the previous step, and `near_kink` whether that step [suggests a kink](Self::suggest_kink).
+    /// Returns zero counts for a new step. `refused` states whether the problem [rejected](Self::refused) a larger size
+    /// of the previous step, and `near_kink` states whether the previous step [suggests a kink](Self::suggest_kink).
     pub(crate) fn after(refused: bool, near_kink: bool) -> Self {
         Self { refused, near_kink, ..Self::default() }
     }

@@ -8,7 +8,7 @@ use crate::newton::Step;
 /// The error estimate of a step covers only the differential variables. For an algebraic variable on which no other
 /// variable depends, the estimate is zero, even if the polynomial between the nodes is far from the solution.
 /// Therefore, the polynomial û of a step is extrapolated backward to the start t_{n−1} of the previous step, where y is
-/// known. To leading order, its error at t_n + θ h is
+/// known. To leading order, the error of û at t_n + θ h is
 /// - C ψ(θ) in algebraic variables, with ψ = θ ℓ_0,
 /// - C q(θ) in differential variables, with q = ∫ θ ℓ_0,
 /// - C (ψ − r)(θ), with the ramp r, in differential variables determined by constraints.
@@ -23,7 +23,7 @@ pub(crate) struct Interpolation {
     difference: Vec<f64>,
 }
 
-/// Safety factor that covers terms of higher order, and a derivative that grows within the step.
+/// Safety factor for terms of higher order and for a derivative that grows within the step.
 const MARGIN: f64 = 3.0;
 
 /// Number of points of the unit interval at which the profiles of the error are compared.
@@ -34,8 +34,8 @@ impl Interpolation {
         Self { active, difference: vec![0.0; n] }
     }
 
-    /// Measures the error of the step with increments `z`. The step follows the step `last` and starts with the
-    /// derivative `y_dot`. [`of`](Self::of) returns the error.
+    /// Measures the error of the step with increments `z`, which [`of`](Self::of) then returns. The step follows the
+    /// step `last` and starts with the derivative `y_dot`.
     pub(crate) fn measure(
         &mut self,
         step: &Step<'_>,

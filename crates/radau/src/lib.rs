@@ -1,14 +1,14 @@
 //! Radau IIA methods for fully implicit differential-algebraic equations F(t, y, ẏ) = 0.
 //!
 //! [`RadauSolver`] integrates any [`Problem`](myovib_dae::Problem) by an implicit Runge–Kutta method with adaptive
-//! steps. The default method has 3 stages and order 5; methods with 1, 5 and 7 stages are also available. The methods
-//! are L-stable at full order, whereas BDF methods above order 2 are unstable for undamped oscillations. Radau IIA
-//! methods can also integrate constrained mechanical systems in their index-3 form.
+//! steps. The default method has 3 stages and order 5; methods with 1, 5 and 7 stages are also available. All these
+//! methods are L-stable, whereas BDF methods above order 2 are unstable for undamped oscillations. Radau IIA methods
+//! can also integrate constrained mechanical systems in their index-3 form.
 //!
 //! Main types: [`Method`] contains the coefficients. `NewtonSolver` solves the stage equations with a
 //! [`LinearSolver`](myovib_dae::LinearSolver) ([`SparseDirectSolver`] by default), starting from the initial guess of a
 //! `Predictor`. `ErrorTest` estimates the error, and `Control` selects the step size. `Collocation` is the polynomial
-//! used for dense output, and `Roots` locates events on it. [`ForwardSensitivities`] follows the steps and
+//! used for dense output, and `Roots` locates events on this polynomial. [`ForwardSensitivities`] follows the steps and
 //! differentiates the solution with respect to parameters. Options, outcomes and statistics have the same form and
 //! names as for IDAS.
 //!

@@ -20,8 +20,8 @@ pub struct RealMode {
     pub left: Vec<f64>,
 }
 
-/// A complex eigenvalue λ of A⁻¹ (the one of the pair with positive imaginary part) with its right and left
-/// eigenvectors, normalized to ℓ·r = 1 (without conjugation).
+/// A complex eigenvalue λ of A⁻¹ with positive imaginary part, and its right and left eigenvectors, normalized to
+/// ℓ·r = 1 (without conjugation).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ComplexMode {
     /// Eigenvalue λ.
@@ -139,13 +139,12 @@ impl Method {
         self.complex.iter().map(|mode| mode.lambda / h).collect()
     }
 
-    /// Returns ℓ_j(θ), the Lagrange polynomial on {0, c_1, …, c_s} that equals 1 at node j, where j is a zero-based
-    /// index.
+    /// Returns ℓ_j(θ), the Lagrange polynomial on {0, c_1, …, c_s} that equals 1 at node j, with j counted from 0.
     pub(crate) fn basis(&self, j: usize, theta: f64) -> f64 {
         lagrange(&self.nodes, j, theta)
     }
 
-    /// Writes ℓ_j(c_i × `ratio`) row by row. These are the values at the stages of a step longer by the factor
+    /// Writes ℓ_j(c_i × `ratio`) row by row. These are the values at the stages of a step that is longer by the factor
     /// `ratio`.
     pub(crate) fn write_bases(&self, ratio: f64, out: &mut Vec<f64>) {
         out.clear();
@@ -197,8 +196,8 @@ mod tests {
 
     const ODD: [usize; 4] = [1, 3, 5, 7];
 
-    /// Returns a bound for rounding errors. They are amplified by the condition number of the eigenvector matrix, which
-    /// grows with s.
+    /// Returns a bound for rounding errors, which are amplified by the condition number of the eigenvector matrix. This
+    /// number grows with s.
     fn rounding(stages: usize) -> f64 {
         f64::EPSILON * 10f64.powi(stages as i32 / 2 + 1)
     }
@@ -273,7 +272,7 @@ mod tests {
             let (d, theta) = (1e-4, 0.3 * method.nodes()[0]);
             let difference = method.ramp(theta + d) - method.ramp(theta - d);
             let slope = difference / (2.0 * d);
-            // The error is d² r'''/6. r''' belongs to a polynomial whose derivative decreases from 1 to 0 at c_1.
+            // The error is d² r'''/6, where r' decreases from 1 at 0 to 0 at c_1.
             let allowed = (d / method.nodes()[0]).powi(2);
             assert!((slope - method.ramp_derivative(theta)).abs() < allowed, "s = {s}");
         }

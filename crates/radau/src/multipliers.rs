@@ -1,4 +1,4 @@
-//! Error of multipliers computed by collocation, and removal of this error.
+//! Error of multipliers that are computed by collocation, and removal of this error.
 
 mod within;
 
@@ -11,30 +11,30 @@ use crate::method::Method;
 use crate::newton::{Step, evaluate};
 use crate::work::Counters;
 
-/// Removes the leading error of algebraic variables of index 2 and 3, and monitors the error of velocities that are
-/// determined by a hidden constraint.
+/// Removes the leading error of algebraic variables of index 2 and 3, and monitors the error of velocities that a
+/// hidden constraint determines.
 ///
 /// Consider q̇ = v, v̇ = λ with the constraint 0 = q − g(t). Radau IIA yields the exact q at 0, c_1, …, c_s. The
-/// computed values of v are derivatives of the polynomial u through these q. Their errors at the nodes are −ω'(θ) ε,
-/// where q − u = h ε ω to leading order. Let a be the error of the initial v. The error of the next derivative, λ, is
+/// computed values of v are derivatives of the polynomial u through these values of q. Their errors at the nodes are
+/// −ω'(θ) ε, where q − u = h ε ω to leading order. Let a be the error of the initial v. The error of λ is
 ///
 /// ```text
 /// (ℓ_0'(θ) (a + ε) − ω''(θ) ε)/h,   ω = θ ℓ_0,   ℓ_0 = Π (1 − θ/c_i).
 /// ```
 ///
 /// To leading order, a general multiplier of index 3 has the same error, and a multiplier of index 2 has the error
-/// −ω'(θ) ε. (Velocities of index 2 also have this error, as far as the constraint determines them.) The order of this
-/// error is s + 2 minus the index at best, and much lower after a change of h. The variables of index 1 determine both
-/// parts of the error. The first part, −(a + ε), is u'(t_n) − ẏ_n. The second part, ε, is the difference between the
-/// polynomial and the solution at the start of the last step, divided by h ω there. The iteration matrix converts both
-/// parts to errors of multipliers:
+/// −ω'(θ) ε. (The part of the velocities that the constraint determines also has this error.) The order of this error
+/// is at most s + 2 minus the index, and much lower after a change of h. The variables of index 1 determine both parts
+/// of the error. The first part, −(a + ε), is u'(t_n) − ẏ_n. The second part, ε, is the difference between the
+/// polynomial and the solution at the start of the last step, divided by h ω at this point. The iteration matrix
+/// converts both parts to errors of multipliers:
 ///
 /// ```text
 /// e(x) = −(J_y + γ/h J_ẏ)⁻¹ (F(t_n, y_n, ẏ_n + x) − F(t_n, y_n, ẏ_n))
 /// ```
 ///
-/// is x for multipliers of index 2, and γ x/h for multipliers of index 3. The removal does not change the steps,
-/// because their equations do not contain the initial multipliers.
+/// is x for multipliers of index 2, and γ x/h for multipliers of index 3. The removal of the error does not change the
+/// steps, because the stage equations do not contain the initial multipliers.
 #[derive(Debug)]
 pub(crate) struct Multipliers {
     list: Vec<Multiplier>,
@@ -63,7 +63,7 @@ struct Multiplier {
     missed: f64,
     /// e(−(a + ε)) of the current step.
     jump: f64,
-    /// e(ε) and the unexplained part of the residual, both measured within the current step.
+    /// e(ε) and the unexplained part of the residual, measured within the current step.
     within: [f64; 2],
 }
 
@@ -85,19 +85,18 @@ impl PreviousMultipliers {
     }
 }
 
-/// Assumed ratio of the remaining error to the change of the removed error. It is the ratio of the coefficients of
+/// Assumed ratio of the remaining error to the change of the removed error, estimated from the coefficients of
 /// successive orders.
 const MARGIN: f64 = 2.0;
 
-/// Factor for the displacements that determine which equations contain a variable. It is small, because equations may
-/// be undefined far from the state.
+/// Factor of the displacements with which equations that contain certain variables are detected. It is small, because
+/// equations may be undefined far from the state.
 const SMALL: f64 = 1e-3;
 
 /// Minimum ratio of step sizes for which the change of e(ε) can be distinguished from rounding.
 const TELLING: f64 = 1.2;
 
-/// If the ratio a/ε, as predicted from the step sizes, is less than this value, ε is computed from a + ε instead of
-/// from the last step.
+/// Ratio a/ε, predicted from the step sizes, below which ε is computed from a + ε instead of from the last step.
 const SHORT: f64 = 0.1;
 
 impl Multipliers {
@@ -138,7 +137,7 @@ impl Multipliers {
         self.indices[i]
     }
 
-    /// Returns whether multipliers exist. If so, a hidden constraint amplifies errors by powers of 1/h.
+    /// Returns whether there are multipliers, in which case a hidden constraint amplifies errors by powers of 1/h.
     pub(crate) fn any(&self) -> bool {
         !self.list.is_empty()
     }
@@ -228,10 +227,10 @@ impl Multipliers {
         Ok(())
     }
 
-    /// Measures the error of the variables of index 1 at the start of the `step` from violated constraints. Constraints
-    /// are equations that contain neither ẏ nor variables of index 2 and 3.
-    /// [`constraint_errors`](Self::constraint_errors) returns the error. The matrices must be set up for the size of
-    /// the step.
+    /// Measures the errors of the variables of index 1 at the start of the `step` from the residuals of the
+    /// constraints, that is, of the equations that contain neither ẏ nor variables of index 2 and 3.
+    /// [`constraint_errors`](Self::constraint_errors) then returns these errors. The matrices must be set up for the
+    /// size of the step.
     pub(crate) fn measure_constraints<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -311,10 +310,10 @@ impl Multipliers {
         })
     }
 
-    /// Returns the largest remaining error at the end of the step, in units of the tolerances. Errors of e up to
-    /// `rounding` are not counted. For velocities, the remaining error is the measured error. For multipliers, it is
-    /// the change of the measured error since the step `before`. If only rounding is visible, the next step may grow by
-    /// the factor `growth_in_noise`.
+    /// Returns the largest remaining error at the end of the step, in units of the tolerances. Errors up to `rounding`
+    /// are not counted. For velocities, the remaining error is the measured error. For multipliers, it is the change of
+    /// the measured error since the step `before`. If the errors consist only of rounding errors, the next step may
+    /// grow by the factor `growth_in_noise`.
     pub(crate) fn largest_left(
         &self,
         step: &Step<'_>,
@@ -369,8 +368,8 @@ impl Multipliers {
         }
     }
 
-    /// Undoes the removal in the `increments` of the last step with `n` unknowns, so that the increments solve the
-    /// stage equations again.
+    /// Restores the removed errors in the `increments` of the last step with `n` unknowns, so that the increments solve
+    /// the stage equations again.
     pub(crate) fn undo_removal(&self, n: usize, increments: &mut [f64]) {
         let removable = self.list.iter().filter(|multiplier| multiplier.removable);
         let stages = increments.len() / n;
@@ -388,7 +387,7 @@ impl Multiplier {
         self.index == 2 && self.removable
     }
 
-    /// Returns the error to be removed at t_n + θ h.
+    /// Returns the correction that removes the error at t_n + θ h.
     fn removed_at(&self, method: &Method, theta: f64) -> f64 {
         let [of_missed, of_jump] = profile(method, self.index, theta);
         let missed = if self.known.noisy { 0.0 } else { self.missed };
@@ -411,8 +410,8 @@ impl Multiplier {
         stages as i32 + 2 - i32::from(self.index)
     }
 
-    /// Returns whether e(ε) changes with h as rounding does, that is, in proportion to h^(1 − index). The error is then
-    /// too small to be visible and does not require a smaller step.
+    /// Returns whether e(ε) changes with h as rounding errors do, in proportion to h^(1 − index). In this case, the
+    /// error is too small to be measured and does not require a smaller step.
     fn changes_like_rounding(&self, stages: usize, growth: f64) -> bool {
         let between = 0.5 * f64::from(self.power(stages) + 1 - i32::from(self.index));
         let excess = (self.missed / self.known.last).abs().ln() - between * growth.ln();
@@ -421,8 +420,8 @@ impl Multiplier {
     }
 }
 
-/// Returns a displacement of variable i from `x` that changes every equation containing the variable. The displacements
-/// of different variables differ, so that they do not cancel in differences.
+/// Returns a displacement of variable i from `x`. The displacements of the variables differ, so that their effects do
+/// not cancel in an equation.
 fn displacement(x: f64, i: usize) -> f64 {
     (1.0 + x.abs()) * (0.5 + (0.618 * i as f64).fract())
 }

@@ -13,7 +13,7 @@ use crate::work::Counters;
 /// Result of the iterations, unless an error occurred.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Newton {
-    /// Converged after this number of iterations. Additional iterations for unscaled errors and for testing new
+    /// Converged after this number of iterations. Additional iterations for unscaled errors and for the test of new
     /// matrices are not counted, because they do not indicate that h is too large.
     Converged { iterations: usize },
     /// The iterations diverged or converged too slowly. The step should be repeated with h multiplied by this factor.
@@ -41,7 +41,7 @@ pub(crate) struct Step<'a> {
 pub(crate) struct NewtonSolver {
     /// Stage increments, stage by stage.
     pub(crate) z: Vec<f64>,
-    /// Residuals of the stages, which the solve replaces by the corrections.
+    /// Residuals of the stages, replaced by the corrections in the solve.
     residuals: Vec<f64>,
     stage: Vec<f64>,
     stage_dot: Vec<f64>,
@@ -53,19 +53,19 @@ pub(crate) struct NewtonSolver {
     relative: f64,
     limit: usize,
     /// Whether a hidden constraint amplifies the remaining error by powers of 1/h. If so, the error after the first
-    /// correction is assumed to be at least as large as the correction.
+    /// correction is assumed to be as large as the correction.
     constrained: bool,
-    /// θ/(1 − θ) for the first available θ of the last step. It bounds the error after the first correction.
+    /// θ/(1 − θ) for the first θ that was measured in the last step, which bounds the error after the first correction.
     first_factor: f64,
     /// Last estimate of the contraction θ, or 0 if one iteration was sufficient.
     pub(crate) contraction: f64,
-    /// Whether errors are also bounded relative to the increments, and new matrices are tested. This is necessary for
-    /// difference quotients, which may be wrong by orders of magnitude if ẏ is wrong. It is also necessary for dense
-    /// output, whose error estimate contains the errors of Newton's method.
+    /// Whether errors are also bounded relative to the increments, and new matrices are tested. Both are necessary for
+    /// difference quotients, which may be wrong by orders of magnitude if ẏ is wrong, and for dense output, whose error
+    /// estimate contains the errors of Newton's method.
     strict: bool,
     /// Whether contractions after [`LONG`] corrections must be confirmed.
     confirms: bool,
-    /// Whether corrections computed with the current matrices have contracted.
+    /// Whether the corrections have contracted with the current matrices.
     tried: bool,
     /// Norm up to which the last correction is attributed to rounding.
     allowed: f64,
@@ -77,18 +77,18 @@ pub(crate) struct NewtonSolver {
 const DIVERGENT: f64 = 0.99;
 
 /// Contraction of the unscaled errors of variables with reduced weights above which the additional iterations for these
-/// errors stop. The remaining errors may be rounding errors divided by a power of h.
+/// errors stop, because the remaining errors may be rounding errors divided by a power of h.
 const STALLED: f64 = 0.9;
 
 /// Lower bound for the contraction assumed for the first correction of a step, because the contraction of the last step
 /// may have been better.
 const LEAST_TRUST: f64 = 1e-3;
 
-/// Maximum error of ẏ at the end of a step, relative to ẏ. If a step is so short that y changes by less than its
-/// tolerance, no other condition bounds this error, although the next Jacobian is evaluated at this ẏ.
+/// Maximum relative error of ẏ at the end of a step. If a step is so short that y changes by less than its tolerance,
+/// no other condition bounds this error, although the next Jacobian is evaluated at this ẏ.
 const RELATIVE: f64 = 0.01;
 
-/// Changes of y in a step are not detected by the error test if they are below this fraction of the tolerance.
+/// Fraction of the tolerance below which the error test does not detect changes of y in a step.
 const RESOLVED: f64 = 0.1;
 
 /// Maximum plausible ratio of the slope at the end of a step to the mean slope of the increments.
@@ -97,19 +97,19 @@ const STEEP: f64 = 10.0;
 /// Maximum ratio of the last correction to the first for which new matrices are considered tested.
 const TRIED: f64 = 0.1;
 
-/// Maximum size of the last correction after the first iteration, as a fraction of the solution. One tolerance is
-/// always allowed.
+/// Maximum size of the last correction in all iterations except the first, as a fraction of the solution. Corrections
+/// up to the tolerance are always allowed.
 const SMALL: f64 = 0.01;
 
-/// If the norm of a correction, in units of the tolerance, exceeds this value, the contraction estimated from this
-/// correction and the next one must be confirmed.
+/// Norm of a correction, in units of the tolerance, above which the contraction estimated from this correction and the
+/// next one must be confirmed.
 const LONG: f64 = 10.0;
 
-/// Corrections below this relative size may consist of rounding errors, which do not contract, if the matrices are
+/// Relative size below which corrections may consist of rounding errors, which do not contract, if the matrices are
 /// ill-conditioned.
 const UNRESOLVED: f64 = 1e4 * f64::EPSILON;
 
-/// Relative rounding error of y. Corrections to the increments smaller than this error are not resolved.
+/// Relative rounding error of y, below which corrections of the increments are not resolved.
 const ROUNDING: f64 = 100.0 * f64::EPSILON;
 
 impl NewtonSolver {
@@ -151,17 +151,17 @@ impl NewtonSolver {
     /// the tolerance within the allowed number of iterations (Hairer & Wanner IV.8). The remaining iterations are used
     /// for the unscaled errors of variables with reduced weights, as long as these errors decrease.
     ///
-    /// New matrices from difference quotients are tested with at least two corrections, because entries that are far
-    /// too large make any first correction small. The error is also bounded relative to the increments: F may depend on
-    /// ẏ in any way, and a tolerance for y alone allows an error of tolerance/h in ẏ.
+    /// New matrices from difference quotients are tested with at least two corrections, because the first correction is
+    /// always small if entries are much too large. The error is also bounded relative to the increments: a tolerance
+    /// for y alone allows an error of tolerance/h in ẏ, on which F may depend in any way.
     ///
-    /// Two corrections do not prove divergence. For index 3 and a start at rest, the first correction changes positions
-    /// by h v. The quadratic terms h² v² of the constraints then lead to corrections h² v²/h of the velocity. These are
-    /// proportional to h, as is the first correction, however small h is.
+    /// Two corrections are not sufficient to detect divergence. For index 3 and a start at rest, the first correction
+    /// changes positions by h v. The quadratic terms h² v² of the constraints then lead to corrections h² v²/h of the
+    /// velocity. These are proportional to h, as is the first correction, even if h is very small.
     ///
-    /// Two corrections do not prove convergence either if the first exceeds [`LONG`] and crosses a kink of F, such as
-    /// the threshold of an ideal diode. The matrices of the other branch make the next correction small, but not the
-    /// one after it.
+    /// Two corrections are also not sufficient to detect convergence if the first exceeds [`LONG`] and crosses a kink
+    /// of F, such as the threshold of an ideal diode. With the matrices of the other branch, the second correction may
+    /// be small although the third is not.
     pub(crate) fn solve<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -226,8 +226,8 @@ impl NewtonSolver {
                     return Ok(Newton::Failed { step_factor: 0.8 * excess.powf(exponent) });
                 }
             }
-            // A contraction measured from a diverged correction proves nothing, so a later correction must itself be
-            // small. At rest, the size of the solution is unknown.
+            // The contraction is not reliable if it is measured from a correction that has diverged, so later
+            // corrections must also be small. At rest, the size of the solution is unknown.
             let is_small = iteration == 1 || of_y == 0.0 || norm <= (SMALL * of_y).max(1.0);
             if solved_after.is_none() && is_small && error_factor * norm <= tolerance {
                 solved_after = Some(iteration);
@@ -260,7 +260,7 @@ impl NewtonSolver {
         Ok(Newton::Failed { step_factor: 0.5 })
     }
 
-    /// Returns whether corrections computed with the current matrices have contracted.
+    /// Returns whether the corrections have contracted with the current matrices.
     pub(crate) fn has_tried_matrices(&self) -> bool {
         self.tried
     }
@@ -272,7 +272,7 @@ impl NewtonSolver {
         self.tried |= !strict;
     }
 
-    /// Sets whether corrections computed with the current matrices have contracted.
+    /// Sets whether the corrections have contracted with the current matrices.
     pub(crate) fn set_tried(&mut self, tried: bool) {
         self.tried = tried;
     }
@@ -298,9 +298,9 @@ impl NewtonSolver {
         self.allowed
     }
 
-    /// Returns whether ẏ changes abruptly over the step, by more than the rounding of y can explain. A change is abrupt
-    /// if it exceeds ẏ while y changes by only a fraction of its tolerance, or if ẏ is far steeper than y. Derivatives
-    /// of `free` variables may change abruptly.
+    /// Returns whether ẏ changes abruptly over the step and by more than rounding of y can cause. A change is abrupt if
+    /// it exceeds ẏ although y changes by only a fraction of its tolerance, or if it is much larger than both ẏ and the
+    /// mean slope of y in the step. Derivatives of `free` variables may change abruptly.
     pub(crate) fn leaps(&mut self, step: &Step<'_>, y_dot: &[f64], free: &[usize]) -> bool {
         if !self.strict {
             return false;

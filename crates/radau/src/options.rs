@@ -8,13 +8,13 @@ use myovib_sparse::SparseOptions;
 
 use crate::control::Control;
 
-/// Minimum of the factor by which steps may grow if the measured errors of multipliers are only rounding errors.
+/// Lower bound for the factor by which steps may grow if the measured errors of multipliers are only rounding errors.
 const GROWTH_IN_NOISE: f64 = 2.0;
 
 /// Factor by which the ratio of the absolute tolerance to y is multiplied to obtain the requested accuracy. It is less
-/// than 1 because absolute tolerances are often chosen for larger variables.
+/// than 1, because absolute tolerances are often chosen for larger variables.
 const ABSOLUTE_FRACTION: f64 = 0.1;
-/// Maximum (coarsest) relative accuracy that absolute tolerances imply.
+/// Largest relative accuracy that is derived from absolute tolerances.
 const MAX_ACCURACY: f64 = 1e-6;
 
 /// Selection of the step size.
@@ -31,23 +31,23 @@ pub enum StepSize {
 /// Selects the variables whose errors are multiplied by (h/T)^(k−1), where k is the index of the variable and T is the
 /// [`time_scale`](RadauOptions::time_scale).
 ///
-/// The error of a variable of index k is larger than the errors of the variables on which it depends by a factor of
-/// h^(1−k). It contributes to their errors only with the factor h^(k−1) (Hairer & Wanner VII.7).
+/// The error of a variable of index k is larger than the errors of the variables that determine it by a factor of
+/// h^(1−k), and contributes to their errors only with the factor h^(k−1) (Hairer & Wanner VII.7).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum IndexScaling {
     /// Errors of all variables of index 2 and 3, as in RADAU5.
     All,
-    /// Errors of algebraic variables of index 2 and 3. The error of a velocity of index 2 is not reduced: the next step
-    /// corrects only the part that violates the constraint, and the remaining part persists.
+    /// Errors of algebraic variables of index 2 and 3. The error of a velocity of index 2 is not reduced, because the
+    /// next step corrects only the part that violates the constraint.
     #[default]
     Algebraic,
     /// No errors.
     None,
 }
 
-/// Maximum local error of an algebraic variable of index 2 or 3 in units of the tolerance. The value corresponds to two
-/// digits.
+/// Maximum local error of an algebraic variable of index 2 or 3, in units of the tolerance. Such a variable may
+/// therefore have two correct digits fewer than other variables.
 const OWN_ERROR: f64 = 100.0;
 
 impl IndexScaling {
@@ -86,32 +86,32 @@ pub struct RadauOptions {
     pub stages: usize,
     /// Relative and absolute tolerances; 1e-4 and 1e-8 by default.
     pub tolerances: Tolerances,
-    /// Whether the tolerances apply to the error of the solution (the default). The order of the estimate is only s +
-    /// 1, two less than the order of the local error for s = 3. Therefore, the estimate is tested against 0.1
-    /// rtol^((s+1)/2s), with atol in proportion (Hairer & Wanner IV.8). If `false`, or if the relative tolerance is 0,
-    /// the estimate is tested against the tolerances without this conversion.
+    /// Whether the tolerances apply to the error of the solution (the default). The order of the estimate is only
+    /// s + 1, two less than the order of the local error for s = 3. Therefore, the estimate is compared with
+    /// 0.1 rtol^((s+1)/(2s)), with atol in proportion (Hairer & Wanner IV.8). If `false`, or if the relative tolerance
+    /// is 0, the estimate is compared with the tolerances without this conversion.
     pub tolerances_for_solution: bool,
     /// Selects the variables of index k whose errors are multiplied by (h/T)^(k−1) in the error test and in Newton's
     /// convergence test; [`IndexScaling::Algebraic`] by default.
     pub index_scaling: IndexScaling,
-    /// Time T after which an error of a variable of index 2 has changed the variables on which it acts by their
-    /// tolerances, if the error equals its own tolerance; 1 by default. If T is converted along with the unit of time,
-    /// the steps do not depend on this unit.
+    /// Time T in which an error of a variable of index 2 as large as its tolerance changes other variables by their
+    /// tolerances; 1 by default. If T is converted together with the unit of time, the steps do not depend on this
+    /// unit.
     pub time_scale: f64,
     /// Components excluded from the error test, but not from Newton's convergence test; none by default.
     pub suppressed: Suppressed,
     /// Whether the error of dense output limits the step size; true by default. If there are no root functions, steps
-    /// of [`integrate_to`](crate::RadauSolver::integrate_to) are not limited, because they end at the output time.
-    /// Multipliers of index 2 are excluded in the step that contains their jump, and whenever rounding divided by the
-    /// step size exceeds their tolerance.
+    /// of [`integrate_to`](crate::RadauSolver::integrate_to) are not limited, because the last step ends at the output
+    /// time. Multipliers of index 2 are excluded in the step that contains their jump, and whenever rounding errors
+    /// divided by the step size exceed their tolerance.
     pub dense_output: bool,
     /// Whether the error of dense output limits steps of 5 or 7 stages to ten tolerances even if dense output is not
     /// used; false by default. This limit detects kinks and pulses within steps.
     pub detect_kinks: bool,
     /// Whether rapidly growing steps are tested for inputs between their stages, and repeated if an input is found;
-    /// true by default. A test costs at least ten evaluations of the residual. It is not required if no step is longer
-    /// than the inputs allow. There is no test if `max_step` is set, or if the problem has multipliers or internal
-    /// variables.
+    /// true by default. A test costs at least ten evaluations of the residual. It is unnecessary if all steps are short
+    /// enough to resolve the inputs. There is no test if `max_step` is set, or if the problem has multipliers or
+    /// internal variables.
     pub detect_inputs: bool,
     /// Step-size control; [`StepSize::Adaptive`] by default.
     pub step_size: StepSize,
@@ -120,7 +120,7 @@ pub struct RadauOptions {
     /// 3, the size is increased, up to (t_out − t_0)/10, until the rounding error of these multipliers, which is
     /// proportional to 1/h², is within the tolerances.
     pub initial_step: Option<f64>,
-    /// Minimum step size; 0 by default, so that only rounding in t limits the step.
+    /// Minimum step size; 0 by default, so that only rounding of t limits the step size.
     pub min_step: f64,
     /// Maximum step size; unlimited by default.
     pub max_step: Option<f64>,
@@ -133,7 +133,7 @@ pub struct RadauOptions {
     pub max_error_test_failures: usize,
     /// Maximum number of failures to solve the stage equations in one step; 10 by default.
     pub max_convergence_failures: usize,
-    /// Maximum number of Newton iterations in one solve. The default is 7, plus 5 for each two stages beyond 3.
+    /// Maximum number of Newton iterations in one solve. The default is 7 for up to 3 stages, 12 for 5, and 17 for 7.
     pub max_newton_iterations: Option<usize>,
     /// Newton's method has converged if its estimated error is below this fraction of the tolerance for the estimate.
     /// The default is 1/30 of the tolerance for the solution, or a tenth of this value if a variable has index 2 or 3.
@@ -143,8 +143,8 @@ pub struct RadauOptions {
     /// by default. Use a larger value if evaluations of the Jacobian are expensive. With 0, the Jacobian is reused only
     /// after steps in which one iteration was sufficient.
     pub jacobian_reuse: f64,
-    /// If the ratio of a proposed step size to the last step size is in this interval, the step size and the factors
-    /// are kept; 1 to 1.2 by default.
+    /// Interval of the ratio of the proposed step size to the last step size in which the step size and the factors are
+    /// kept; 1 to 1.2 by default.
     pub step_window: (f64, f64),
     /// Safety factor of the step-size control; 0.9 by default.
     pub safety: f64,
@@ -246,9 +246,9 @@ impl RadauOptions {
     }
 
     /// Returns the relative accuracy for which the tolerances of the solution `y` are converted. This is the relative
-    /// tolerance. If the absolute tolerances dominate in all components, it is a tenth of the smallest ratio of the
-    /// absolute tolerance to y, but at most 1e-6. If a much smaller relative tolerance were used, its factor would
-    /// increase the absolute tolerances, and the errors, without limit.
+    /// tolerance unless it is below 1e-6 and the absolute tolerances dominate in all components. Then, the accuracy is
+    /// a tenth of the smallest ratio of an absolute tolerance to y, but at most 1e-6, because the factor for a very
+    /// small relative tolerance would increase the absolute tolerances, and the errors, without limit.
     pub(crate) fn accuracy(&self, y: &[f64]) -> f64 {
         let relative = self.tolerances.relative();
         if relative == 0.0 || relative >= MAX_ACCURACY {
@@ -266,7 +266,7 @@ impl RadauOptions {
     }
 
     /// Returns the factor that converts tolerances for the solution to tolerances for the estimate at the `relative`
-    /// tolerance: 0.1 rtol^((s+1)/2s − 1). The factor is 1 if
+    /// tolerance: 0.1 rtol^((s+1)/(2s) − 1). The factor is 1 if
     /// [`tolerances_for_solution`](Self::tolerances_for_solution) is false.
     pub fn internal_factor(&self, relative: f64) -> f64 {
         let s = self.stages as f64;
@@ -283,8 +283,8 @@ impl RadauOptions {
         [loosened, self.own_weight(relative)]
     }
 
-    /// Returns the weight of the local error of a variable whose errors are multiplied by h^(k−1), as a fraction of its
-    /// unscaled weight, at the given `relative` tolerance. Returns 0 if this error is not tested.
+    /// Returns the weight for the separate test of the local error of a variable whose errors are multiplied by
+    /// h^(k−1), as a fraction of the unscaled weight. Returns 0 if there is no such test.
     ///
     /// The unscaled weight applies to the estimate, which has order s + 1. The estimate for an algebraic variable has
     /// the order of its error, and may be [`OWN_ERROR`] times the tolerance for the solution.
@@ -299,9 +299,10 @@ impl RadauOptions {
     /// Returns Newton's tolerance as a fraction of the tolerance for the estimate.
     ///
     /// The remaining error of Newton's method is an error of the solution, independent of the order of the method.
-    /// Newton's tolerance is therefore a fraction of the tolerance for the solution. For s = 3, it equals √rtol of the
-    /// internal tolerance as in RADAU5, (0.1 rtol^(2/3))^(3/2) = 0.1^(3/2) rtol. If there is a hidden `constraint`, the
-    /// estimate of the next step amplifies this error, by a factor of two for three stages and six for seven stages.
+    /// Newton's tolerance is therefore a fraction of the tolerance for the solution. For s = 3, it is 0.1^(3/2) rtol as
+    /// in RADAU5, which is (0.1 rtol^(2/3))^(1/2) times the tolerance for the estimate, 0.1 rtol^(2/3). If there is a
+    /// hidden `constraint`, the estimate of the next step amplifies this error, by a factor of two for three stages and
+    /// six for seven stages.
     pub(crate) fn newton_tolerance(&self, relative: f64, constraint: bool) -> f64 {
         let internal = relative * self.internal_factor(relative);
         let fraction = if constraint { 0.1 } else { 1.0 };
@@ -316,9 +317,9 @@ impl RadauOptions {
     }
 
     /// Returns Newton's tolerance for sensitivities that do not affect the steps, as a fraction of the tolerance for
-    /// the estimate. It is ten times the value for the solution, a third of the tolerance for the solution, as in IDAS.
-    /// In two cases, the value for the solution is used: at order 5, whose many steps would accumulate these errors,
-    /// and with a hidden `constraint`, which amplifies them.
+    /// the estimate. It is ten times the value for the solution without hidden constraints, which is a third of the
+    /// tolerance for the solution, as in IDAS. In two cases, it is not multiplied by ten: for at most three stages,
+    /// because the many steps would accumulate these errors, and with a hidden `constraint`, which amplifies them.
     pub(crate) fn sensitivity_tolerance(&self, relative: f64, constraint: bool) -> f64 {
         let newton = self.newton_tolerance(relative, false);
         match self.newton_tolerance {
@@ -327,8 +328,8 @@ impl RadauOptions {
         }
     }
 
-    /// Returns the relative tolerance for the solution that corresponds to the tolerance `internal` for the estimate.
-    /// Returns the relative tolerance of the options if it is smaller.
+    /// Returns the relative tolerance for the solution that corresponds to the tolerance `internal` for the estimate,
+    /// or the relative tolerance of the options if that is smaller.
     pub(crate) fn relative_for(&self, internal: f64) -> f64 {
         let s = self.stages as f64;
         let relative = match self.tolerances_for_solution {
@@ -348,9 +349,9 @@ impl RadauOptions {
         Control::new(self.stages, self.safety, limit, loosened, constraint)
     }
 
-    /// Returns the factor by which a step may grow if only rounding of multipliers is visible. The factor exceeds the
-    /// upper end of the window in which the last step size is kept. Otherwise, a short step, in which rounding errors
-    /// are larger, would never become longer.
+    /// Returns the factor by which a step may grow if the measured errors of multipliers are only rounding errors. The
+    /// factor exceeds the upper end of the interval in which the last step size is kept. Otherwise, a short step, in
+    /// which rounding errors are larger, would never become longer.
     pub(crate) fn growth_in_noise(&self) -> f64 {
         let (_, window_end) = self.step_window;
         GROWTH_IN_NOISE.max(1.01 * window_end / self.safety)

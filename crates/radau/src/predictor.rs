@@ -3,13 +3,13 @@
 use crate::dense::Collocation;
 use crate::method::Method;
 
-/// Initial stage increments. They are extrapolated from the polynomial of the last step, computed by another prediction
-/// from the previous steps, or zero.
+/// Initial stage increments, which are extrapolated from the polynomial of the last step, predicted from previous steps
+/// in another way, or zero.
 ///
 /// If a polynomial of degree s is extrapolated to a next step of the same size, the errors of its coefficients are
-/// amplified by about 10^(s/2). For short steps, the extrapolation provides several digits. For the long steps allowed
-/// by a high order, it may be worse than zero. Therefore, the guess that would have been closer in the previous step is
-/// used.
+/// amplified by about 10^(s/2). For short steps, several digits of the extrapolated values are correct. For the long
+/// steps that a high order allows, zero may be a better guess. Therefore, the type of guess that would have been more
+/// accurate in the previous step is used.
 #[derive(Debug)]
 pub(crate) struct Predictor {
     continued: Vec<f64>,
@@ -47,7 +47,7 @@ impl Predictor {
         self.continues = false;
     }
 
-    /// Returns whether the polynomial of the last step is extrapolated. No other state is stored.
+    /// Returns whether the polynomial of the last step is extrapolated, which is the only state between steps.
     pub(crate) fn continues(&self) -> bool {
         self.continues
     }

@@ -1,4 +1,4 @@
-//! Quadratures ∫ g(t, y, ẏ) dt integrated along with the solution.
+//! Quadratures ∫ g(t, y, ẏ) dt, integrated together with the solution.
 
 use std::fmt;
 
@@ -16,9 +16,9 @@ use crate::work::Counters;
 
 /// Integrates q̇ = g(t, y, ẏ) with the weights of the method.
 ///
-/// The result is the same as if q were among the unknowns of the method. With g at the stages, the increments are h Σ_j
-/// a_ij g_j, and the last increment is h Σ_j b_j g_j. No equations have to be solved. Therefore, q has the order of the
-/// solution, at most 2s − 1, and dense output is available as for the other variables.
+/// The result is the same as if q were part of the unknowns. Therefore, q has the order of the solution, at most 2s −
+/// 1, and dense output is available as for other variables. The increments are h Σ_j a_ij g_j with g at the stages, and
+/// the last increment is h Σ_j b_j g_j, so no equations have to be solved.
 pub(crate) struct Quadrature<P> {
     rates: Box<RootFunctions<P>>,
     /// Matrix A, row by row.
@@ -76,7 +76,7 @@ impl<P: Problem> Quadrature<P> {
         self.state.q.len()
     }
 
-    /// Evaluates g at the stages of a step. Changes only the increments of the step.
+    /// Evaluates g at the stages of a step, without accepting the step.
     pub(crate) fn evaluate(
         &mut self,
         problem: &mut P,

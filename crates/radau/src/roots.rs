@@ -15,13 +15,13 @@ pub(crate) type RootFunctions<P> =
 
 /// Monitors root functions g on the dense output of accepted steps.
 ///
-/// A crossing is detected by a change of sign between two successive nodes of a step (including its ends), since a step
-/// of high order may contain several crossings. It is located within a few rounding units of t. If a function is zero,
-/// its next crossing is detected only after the function has become nonzero.
+/// A crossing is detected by a change of sign between two successive nodes of a step (including its ends), because a
+/// step of high order may contain several crossings. It is located up to a few rounding errors of t. If a function is
+/// zero, its next crossing is detected only after the function has become nonzero.
 pub(crate) struct Roots<P> {
     directions: Vec<Direction>,
     functions: Box<RootFunctions<P>>,
-    /// Time up to which crossings have been searched for; `None` before the first step.
+    /// Time up to which the search for crossings is complete; `None` before the first step.
     t: Option<f64>,
     /// g at `t`.
     low: Vec<f64>,
@@ -81,7 +81,7 @@ impl<P: Problem> Roots<P> {
         self.t = None;
     }
 
-    /// Returns the time up to which crossings have been searched for, and g at that time.
+    /// Returns the time up to which the search for crossings is complete, and g at that time.
     pub(crate) fn saved(&self) -> (Option<f64>, Vec<f64>) {
         (self.t, self.low.clone())
     }
@@ -133,7 +133,7 @@ impl<P: Problem> Roots<P> {
         if !(0..n_roots).any(|i| self.crosses(i)) {
             return Ok(None);
         }
-        // Each crossing function moves t back to its own crossing. Functions that cross later are then no longer
+        // Each function that crosses zero moves t back to its crossing. Functions that cross later are then not
         // counted.
         for i in 0..n_roots {
             if self.crosses(i) {

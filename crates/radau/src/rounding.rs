@@ -6,26 +6,26 @@ use crate::failure::{Failure, Operation};
 use crate::newton::{Step, evaluate};
 use crate::work::Counters;
 
-/// Measures the effect of rounding units in t, y and ẏ after the division by powers of h in Newton's matrix:
+/// Measures the effect of rounding t, y and ẏ, which Newton's matrix amplifies by powers of 1/h:
 ///
 /// ```text
 /// ρ = (J_y + γ/h J_ẏ)⁻¹ [F(t + δt, y + δy, ẏ + δẏ) − F(t, y, ẏ)]
 /// ```
 ///
-/// where δ is one rounding unit. In one sample, all signs are equal; in the other, the signs vary. Therefore, the terms
-/// of a sum do not cancel in both samples. A constraint of index 3 yields velocities ε|q|/h and multipliers ε|q|/h².
-/// Corrections and estimates cannot be smaller, and a smaller step increases these rounding errors. Therefore, errors
-/// up to ρ do not justify the rejection of a step.
+/// where δ is one rounding error. In one sample, all signs are equal; in the other, the signs vary, so that the terms
+/// of a sum do not cancel in both samples. A constraint of index 3 causes errors ε|q|/h of velocities and ε|q|/h² of
+/// multipliers. Corrections and estimates cannot be smaller than these rounding errors, which grow if the step size
+/// decreases. Therefore, a step is not rejected because of errors up to ρ.
 ///
-/// If there is a hidden constraint, ρ must be detected before a step is repeated. A change of q by one unit may then be
-/// too small: g is rounded to units of its largest term and may not change. Therefore, there are two kinds of
-/// [`Sampling`].
+/// If there is a hidden constraint g(q) = 0, ρ must be known before a step is repeated. A change of q by one rounding
+/// error may then be too small to change g, which is rounded to units of its largest term. Therefore, there are two
+/// kinds of [`Sampling`].
 #[derive(Debug)]
 pub(crate) struct Rounding {
     /// Variables of index 2 and 3, whose rounding errors grow as steps get shorter.
     magnified: Vec<usize>,
-    /// Whether any of these variables, for example a velocity of index 2, has a constant weight while its rounding
-    /// error grows with decreasing h. If so, a step that fails because of rounding cannot be repaired by shortening it.
+    /// Whether the rounding error of any of these variables, for example of a velocity of index 2, grows faster with
+    /// decreasing h than its tolerance. If so, a step that fails because of rounding also fails if it is shortened.
     grows: bool,
     y: Vec<f64>,
     y_dot: Vec<f64>,
@@ -35,9 +35,10 @@ pub(crate) struct Rounding {
     noise: Vec<f64>,
 }
 
-/// Errors up to this multiple of ρ are attributed to rounding. The matrices of the other stages amplify more than the
-/// matrix of the real mode: twice as much with three stages, six times with seven, and by the squares of these factors
-/// for index 3. Moreover, an estimate contains the rounding of a shorter previous step.
+/// Multiple of ρ up to which errors are attributed to rounding. The matrices of the complex modes amplify rounding
+/// errors more than the matrix of the real mode: twice as much for three stages, six times as much for seven stages,
+/// and by the squares of these factors for index 3. Moreover, an estimate contains rounding errors of a shorter
+/// previous step.
 const MARGIN: f64 = 30.0;
 
 /// Settings for sampling ρ.
@@ -51,7 +52,7 @@ pub(crate) struct Sampling {
 }
 
 impl Sampling {
-    /// Quick sampling, which is sufficient unless it explains no part of the error.
+    /// Quick sampling, which is sufficient if it explains the error.
     const QUICK: Self = Self { units: 1.0, samples: 2, with_start: false };
 
     /// Sampling that detects the rounding of a constraint.
@@ -114,7 +115,7 @@ impl Rounding {
                 *noise += change.abs() * (2.0 / samples as f64);
             }
         }
-        // The initial velocities contain the rounding error of the previous step, δ/h_last. This is h/h_last times the
+        // The initial velocities contain the rounding error δ/h_last of the previous step, which is h/h_last times the
         // measured rounding error. The same applies to multipliers.
         if let Some(last) = last.filter(|_| sampling.with_start) {
             for &i in &self.magnified {

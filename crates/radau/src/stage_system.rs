@@ -78,8 +78,8 @@ impl StageSystem {
         Ok(())
     }
 
-    /// Solves with the transpose in place. The eigenvectors of A⁻ᵀ are the eigenvectors of A⁻¹ with left and right
-    /// exchanged.
+    /// Solves in place with the transpose. The right eigenvectors of A⁻ᵀ are the left eigenvectors of A⁻¹, and vice
+    /// versa.
     ///
     /// # Shapes
     /// The same as for [`solve`](Self::solve).
@@ -147,7 +147,7 @@ impl StageSystem {
         Ok(())
     }
 
-    /// Computes the right-hand sides of the modes as products of the stages with the given vectors.
+    /// Computes the right-hand sides of the modes, the products of the stages and the given vectors.
     fn split<'m>(
         &mut self,
         real: &[f64],

@@ -22,8 +22,7 @@ pub(crate) struct Weights<P> {
     scaled: Vec<f64>,
     /// Ratio of the tolerance for the estimate to the tolerance for the solution.
     loosened: f64,
-    /// Factor for the unscaled weights of components of higher index, with which their local errors are tested
-    /// separately.
+    /// Factor of the unscaled weights in the separate test of the local errors of components of higher index.
     own: f64,
 }
 
@@ -129,7 +128,7 @@ impl<P> Weights<P> {
         self.user.is_some()
     }
 
-    /// Sets the ratio of the tolerance for the estimate to the tolerance for the solution, and the factor for the
+    /// Sets the ratio of the tolerance for the estimate to the tolerance for the solution, and the factor of the
     /// unscaled weights of components of higher index.
     pub(crate) fn set_factors(&mut self, [loosened, own]: [f64; 2]) {
         (self.loosened, self.own) = (loosened, own);
@@ -155,7 +154,7 @@ impl<P> Weights<P> {
         1.0 / (self.plain[i] * self.own)
     }
 
-    /// Returns the largest of the errors of components of higher index with unscaled weights, or 0 if there are no such
+    /// Returns the largest error of components of higher index, with unscaled weights, or 0 if there are no such
     /// components.
     pub(crate) fn largest_own(&self, error: impl Fn(usize) -> f64) -> f64 {
         let less = (0..self.powers.len()).filter(|&i| self.powers[i] > 0);

@@ -12,8 +12,8 @@ const MAX_STAGES: usize = 7;
 pub(super) const BEGIN: usize = 0;
 /// Index of the change of the driving quantity when y changes by its estimated error.
 pub(super) const CHANGE: usize = MAX_STAGES + 1;
-/// Indices used if the estimate is repeated at y minus its first estimated error. The first refers to the driving
-/// quantity there, the second to its change when y changes by the second estimated error.
+/// Indices that are used if the estimate is repeated at y minus its first estimated error: the driving quantity at this
+/// point, and its change when y changes by the second estimated error.
 pub(super) const SHIFTED: usize = CHANGE + 1;
 pub(super) const SHIFTED_CHANGE: usize = CHANGE + 2;
 pub(super) const N_DRIVING: usize = CHANGE + 3;
@@ -27,7 +27,7 @@ pub(super) struct Form {
 }
 
 impl Form {
-    /// Returns the function q, that is, the value at the start of the step.
+    /// Returns the function q, the value at the start of the step.
     pub(super) fn state() -> Self {
         Self { of_state: 1.0, ..Self::default() }
     }
@@ -122,8 +122,8 @@ impl TermStep<'_> {
         self.start_slope() - self.response_of(driving, state) * (1.0 / self.term.time)
     }
 
-    /// Returns 1/(1 + γτ/h). In the real system of Newton's method, this is the ratio of the change of an internal
-    /// variable to the change of its driving quantity.
+    /// Returns 1/(1 + γτ/h), the ratio of the change of an internal variable to the change of its driving quantity
+    /// times the weight g in the real system of Newton's method.
     fn follows(self) -> f64 {
         1.0 / (1.0 + self.term.time * self.method.real_mode().lambda / self.h)
     }
@@ -142,7 +142,7 @@ impl TermStep<'_> {
         driven * self.follows()
     }
 
-    /// Returns the form of the dense output, given the `coefficients` of the initial slope and of the stages.
+    /// Returns the form of the dense output, given the coefficients of the initial slope and of the stages.
     pub(super) fn between(
         self,
         derivative: usize,

@@ -1,5 +1,5 @@
-//! Linear internal variables with one driving quantity each. The integrator eliminates these variables, so the unknowns
-//! need not include them.
+//! Linear internal variables with one driving quantity each. As the integrator eliminates these variables, they are not
+//! part of the unknowns.
 
 mod form;
 mod kernel;
@@ -34,10 +34,10 @@ struct Functions<P> {
     response: fn(&mut P) -> &mut [f64],
 }
 
-/// Internal variables (states) of a solver eliminated from the stage equations.
+/// Internal variables (states) of a solver, which are eliminated from the stage equations.
 ///
-/// At the stages of a step, the states are linear functions of their initial values q and of the driving quantities at
-/// all stages ([`TermStep::stage`]), and so are the responses. The contribution of q is summed over the terms once per
+/// At the stages of a step, both the states and the responses are linear functions of the initial states q and of the
+/// driving quantities at all stages ([`TermStep::stage`]). The contribution of q is summed over the terms once per
 /// step. Therefore, the cost of Newton's method does not depend on the number of terms.
 pub(crate) struct EliminatedVariables<P> {
     functions: Functions<P>,
@@ -218,9 +218,9 @@ impl<P: Problem> EliminatedVariables<P> {
         }
     }
 
-    /// Sets the problem's response to the value that it has in the equations of the error estimate after the states have
-    /// been eliminated. If `again`, the estimate is repeated: the equations are evaluated at (t, y), where y is the initial value minus
-    /// its estimated error.
+    /// Sets the problem's response to its value in the equations of the error estimate after elimination of the states.
+    /// If `again` is true, the estimate is repeated: the equations are evaluated at (t, y), where y is the initial
+    /// value minus its estimated error.
     pub(crate) fn show_condensed(
         &mut self,
         problem: &mut P,
@@ -242,7 +242,7 @@ impl<P: Problem> EliminatedVariables<P> {
         Ok(())
     }
 
-    /// Returns the norm of the estimated error of the states if the error of y is `error`.
+    /// Returns the norm of the estimated error of the states, given the `error` of y.
     pub(crate) fn estimate(
         &mut self,
         problem: &mut P,
@@ -365,7 +365,7 @@ impl<P: Problem> EliminatedVariables<P> {
     }
 }
 
-/// Returns the form of the estimated error of a state. `twice` indicates that the estimate was repeated.
+/// Returns the form of the estimated error of a state. `twice` states whether the estimate was repeated.
 fn last_error(twice: bool) -> fn(TermStep<'_>) -> Form {
     match twice {
         false => first_error,

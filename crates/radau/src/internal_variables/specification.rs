@@ -46,8 +46,8 @@ pub struct InternalVariableGroup {
     pub terms: Vec<RelaxationTerm>,
 }
 
-/// Specification of internal variables. The method integrates the states like unknowns. The error test includes the
-/// root mean square of their errors as a separate norm, but Newton's convergence test does not include it.
+/// Specification of internal variables. The states are integrated by the same method as the unknowns. The root mean
+/// square of their errors is a separate norm in the error test, but is not part of Newton's convergence test.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InternalVariables {
     /// Groups of consecutive slots.

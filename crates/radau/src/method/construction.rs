@@ -23,7 +23,7 @@ pub(super) fn derivative(polynomial: &[f64]) -> Vec<f64> {
     powers.map(|(k, a)| k as f64 * a).collect()
 }
 
-/// Returns the coefficients of the integral of ℓ_0 from 0 in ascending powers of θ. The result is empty for one stage.
+/// Returns the coefficients of ∫_0^θ ℓ_0 in ascending powers of θ. The result is empty for one stage.
 pub(super) fn ramp(start_basis: &[f64]) -> Vec<f64> {
     if start_basis.len() == 2 {
         return Vec::new();
@@ -32,8 +32,8 @@ pub(super) fn ramp(start_basis: &[f64]) -> Vec<f64> {
     powers.map(|(k, a)| a / (k as f64 + 1.0)).collect()
 }
 
-/// Returns the nodes on [0, 1]. They are the eigenvalues of the Jacobi matrix of the Legendre polynomials, whose last
-/// diagonal entry is changed so that 1 is a node (Golub 1973).
+/// Returns the nodes on [0, 1]. They are computed from the eigenvalues of the Jacobi matrix of the Legendre
+/// polynomials, with the last diagonal entry changed so that 1 is a node (Golub 1973).
 pub(super) fn radau_nodes(stages: usize) -> Vec<f64> {
     let s = stages as f64;
     let jacobi = DMatrix::from_fn(stages, stages, |i, j| {

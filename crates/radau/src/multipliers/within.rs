@@ -9,15 +9,15 @@ use crate::method::Method;
 use crate::newton::{Step, evaluate};
 use crate::work::Counters;
 
-/// A jump is assumed if e(ε) exceeds its expected value by this factor. The expected value follows from the last step
-/// and the power of h. Smooth solutions exceed the factor in a few percent of the steps.
+/// Ratio of e(ε) to its expected value above which a step is tested for a jump. The expected value is computed from the
+/// last step and the power of h. For smooth solutions, the ratio is exceeded in a few percent of the steps.
 const SUDDEN: f64 = 10.0;
 
 /// Errors of a multiplier at the end of the step, computed from the residual between the stages.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WithinStep {
     pub(crate) variable: usize,
-    /// Part of the residual unexplained by the leading error of a smooth solution.
+    /// Part of the residual that the leading error of a smooth solution does not explain.
     pub(crate) unexplained: f64,
     /// Difference between two measurements of the leading error: within the step, and from the last step.
     pub(crate) difference: f64,
@@ -30,8 +30,8 @@ impl Multipliers {
     ///
     /// For a smooth solution, the polynomial violates the constraint by −h ε ω(θ), and the polynomial through the
     /// multipliers at the stages has an error proportional to ℓ_0(θ). The iteration matrix converts the sum of these
-    /// errors to −γ ω e(ε) − γ ℓ_0 κ. After e(ε) and κ have been fitted, parts of higher order remain. If a multiplier
-    /// jumps within the step, the remainder is as large as the jump.
+    /// errors to −γ ω e(ε) − γ ℓ_0 κ. After a fit of e(ε) and κ, terms of higher order remain. If a multiplier jumps
+    /// within the step, the remainder is as large as the jump.
     pub(crate) fn measure_within<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -100,7 +100,7 @@ impl Multipliers {
     }
 
     /// Uses the leading errors [measured](Self::measure_within) within a first step if they differ by more than the
-    /// `tolerance` from the errors measured at the start of the step. An input may have a kink at the start.
+    /// `tolerance` from the errors measured at the start of the step, where an input may have a kink.
     pub(crate) fn use_within(&mut self, method: &Method, tolerance: impl Fn(usize) -> f64) {
         let [at_end, _] = profile(method, 2, 1.0);
         for multiplier in self.list.iter_mut().filter(|m| m.is_tested()) {
@@ -169,8 +169,8 @@ mod tests {
             let smooth = middles(&method)
                 .map(|theta| -gamma * method.start_basis(0, theta) * (2.0 * theta - 0.5));
             let [epsilon, remainder] = fit_errors(&method, smooth);
-            // The bound covers rounding errors of about ten operations, amplified by the condition number of two
-            // similar profiles.
+            // The bound covers rounding errors of about ten operations, amplified by the condition number of the fit
+            // with two similar profiles.
             assert!((epsilon - 2.0).abs() < 1e-10, "{stages} stages: {epsilon}");
             assert!(remainder < 1e-10, "{stages} stages: {remainder}");
 
