@@ -180,8 +180,8 @@ pub(crate) fn start_slope(method: &Method, h: f64, z: &[f64], out: &mut [f64]) {
     write_combined(out, out.len(), slope, z);
 }
 
-/// Returns the difference at t_0 between the polynomial of degree s − 1 through the values of component i at the stages
-/// and y_0. `z` contains the stage increments relative to y_0. The polynomial itself does not depend on y_0.
+/// Returns the value at t_0, minus y_0, of the polynomial of degree s − 1 through the values of component i at the
+/// stages. `z` contains the stage increments relative to y_0. The polynomial itself does not depend on y_0.
 pub(crate) fn change_of_start(method: &Method, n: usize, z: &[f64], i: usize) -> f64 {
     let z_i = z[i..].iter().step_by(n).zip(method.nodes()).enumerate();
     z_i.map(|(j, (z, c))| c * method.basis_derivative(j, 0.0) * z).sum()

@@ -26,9 +26,9 @@ use crate::work::Counters;
 /// Lᵀ λ = z̄,   z̄_s += ȳ_(n+1),   ȳ_n = ȳ_(n+1) − Σ_i J_y(i)ᵀ λ_i,   p̄_j −= Σ_i λ_iᵀ ∂F/∂p_j(i),
 /// ```
 ///
-/// where L is the matrix of the stage equations, linearized at the computed stages. For every index, the result is
-/// therefore the gradient of the discrete solution, not an approximation by the adjoint differential equation. Systems
-/// with Lᵀ are solved by generalized conjugate residuals (GCR), preconditioned by the transposed factors of one
+/// where L is the matrix of the stage equations, linearized at the computed stages. Therefore, the result is the
+/// gradient of the discrete solution for every index, not an approximation by the adjoint differential equation.
+/// Systems with Lᵀ are solved by generalized conjugate residuals (GCR), preconditioned by the transposed factors of one
 /// Jacobian for all stages.
 ///
 /// # Examples
@@ -61,9 +61,9 @@ pub struct Adjoint<Q> {
     krylov: Krylov,
     tolerance: f64,
     factors: Option<ReusedFactors>,
-    /// z̄, which is replaced by the residual of the linear system.
+    /// z̄, later replaced by the residual of the linear system.
     residual: Vec<f64>,
-    /// Right-hand side of the preconditioner, which is finally replaced by λ.
+    /// Solution of the preconditioned system, later replaced by λ.
     adjoint: Vec<f64>,
     image: Vec<f64>,
     weights: Vec<f64>,
@@ -131,8 +131,8 @@ impl<Q> Adjoint<Q> {
     }
 
     /// Computes the gradient. `misfit` is called for each step, from the last to the first, and adds the derivatives of
-    /// the misfit in this step. Afterward, the solver is in its previous state, except for the counters of its linear
-    /// solver.
+    /// the misfit in this step. Except for the counters of its linear solver, the state of the solver is the same as
+    /// before.
     ///
     /// # Errors
     /// Returns errors of the `misfit`, [`RadauError::Adjoint`] if the linear systems cannot be solved,
@@ -155,7 +155,7 @@ impl<Q> Adjoint<Q> {
         };
         let end = solver.save();
         let repeated = recording.go_back(solver, &mut |solver, first, steps| {
-            // Factors computed for replayed steps differ from the factors of the run. They may also be reused.
+            // Factors from replayed steps differ from the factors of the run, but may also be reused.
             let fresh = self.factors.take().and_then(|factors| factors.fresh());
             self.factors = solver.set_up_for().map(|h| ReusedFactors::new(h, fresh));
             for (number, step) in steps.iter().enumerate().rev() {
@@ -201,8 +201,8 @@ impl<Q> Adjoint<Q> {
             start_slope: &mut carried.y_dot,
             stages: &mut self.residual,
         })?;
-        // In the first step, the initial slope of the polynomial does not depend on the initial ẏ, since ∂ẏ_0/∂p is
-        // unknown. For algebraic variables, it never depends on ẏ at the end of the previous step.
+        // In the first step, ∂ẏ_0/∂p is unknown, so the initial slope of the polynomial does not depend on the initial
+        // ẏ. For algebraic variables, this slope never depends on ẏ at the end of the previous step.
         let all = is_first.then_some(0..n).into_iter().flatten();
         let algebraic = step.algebraic.iter().copied().filter(|_| !is_first);
         for i in all.chain(algebraic) {
@@ -245,8 +245,8 @@ impl<Q> Adjoint<Q> {
         let functions = (&mut *problem, &mut self.parameters);
         self.operator.linearize(functions, method, &collocation, own, true)?;
         self.work.jacobian_evaluations += method.stages() as u64;
-        // z̄ · z has the units of J. The residual of z̄ is weighted by the tolerances of z. The powers of 1/h by which
-        // the integration increases the tolerances of velocities and multipliers are not included.
+        // z̄ · z has the units of J, so the residual of z̄ is weighted by the tolerances of z. The powers of 1/h by
+        // which the integrator increases the tolerances of velocities and multipliers are not included.
         let (first, others) = self.weights.split_at_mut(n);
         weights.write_at(problem, options, y0, 1.0, first).map_err(|failure| (0, failure))?;
         others.chunks_exact_mut(n).for_each(|w| w.copy_from_slice(first));

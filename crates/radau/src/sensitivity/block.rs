@@ -8,11 +8,11 @@ use super::krylov::Stalled;
 /// Solves K x = r for several columns by generalized conjugate residuals (Eisenstat, Elman, Schultz
 /// 1983) with separate search directions for each column.
 ///
-/// K is close to the identity, since it is preconditioned by the factors of a frozen Jacobian. A few search directions
-/// are sufficient, and often none is needed. Each application of K processes all columns at once.
+/// K is close to the identity, because it is preconditioned by the factors of a frozen Jacobian. Therefore, few or no
+/// search directions are needed. Each application of K processes all columns at once.
 #[derive(Debug, Default)]
 pub(super) struct Block {
-    /// (p, −K p), and |K p|⁻² for each column.
+    /// p, −K p, and |K p|⁻² of each column.
     directions: Vec<Direction>,
     /// ‖r − K r‖/‖r‖ in the last solve that measured it; `None` means 1.
     contraction: Option<f64>,
@@ -30,18 +30,18 @@ struct Direction {
 /// Maximum number of directions per solve.
 const MAX_DIRECTIONS: usize = 60;
 
-/// Smallest contraction assumed for the next solve if Newton's method needed one correction. The contraction may have
-/// changed.
+/// Lower bound for the contraction assumed in the next solve if Newton's method needed only one correction, because the
+/// contraction may have changed.
 const LEAST_TRUST: f64 = 0.1;
 
 impl Block {
     /// Adds the solutions of K d = `r` to `x` with an error norm of about `tolerance` in each column. `apply` writes −K
     /// v to its second argument.
     ///
-    /// At the end, the remaining residual r is added to the solution. The new residual is r − K r, which is smaller by
-    /// the contraction factor of K. The first solve measures this contraction. Later solves assume a slightly larger
-    /// value, as Newton's method does between steps. The assumed value is at least the contraction that Newton's method
-    /// measured in this step with the same factors.
+    /// At the end, the remaining residual r is added to the solution. The new residual, r − K r, is smaller than r by a
+    /// factor, the contraction. The first solve measures the contraction. Later solves assume a slightly larger value,
+    /// as Newton's method does between steps, but at least the contraction that Newton's method measured in this step
+    /// with the same factors.
     ///
     /// # Shapes
     /// `x`, `r`: one or more stages. Each stage has as many values as `weights`, stored row by row with `n_columns`
@@ -125,7 +125,7 @@ struct Columns<'w> {
     n_columns: usize,
 }
 
-/// Number of rows processed together, which allows vector instructions for any number of columns.
+/// Number of rows processed together, so that vector instructions can be used for any number of columns.
 pub(super) const ROWS: usize = 8;
 
 impl Columns<'_> {

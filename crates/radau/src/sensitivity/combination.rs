@@ -9,22 +9,21 @@ use super::block::{ROWS, mean_of_column};
 /// Number of stored steps, which is sufficient for three or four frequencies and their growth rates.
 pub(super) const STEPS: usize = 8;
 
-/// Number of start points: those of the stored steps, and the one of the next step.
+/// Number of vectors: one at the start of each stored step, and one at the start of the next step.
 pub(super) const PLACES: usize = STEPS + 1;
 
-/// Weight of the state relative to a column, where both are scaled by their norms. The state helps to predict how the
-/// forcing of a column continues, but the earlier starts of the column are more reliable.
+/// Weight of the state relative to a column, with both scaled by their norms. The state helps to predict the forcing of
+/// the column, but the previous values of the column itself are more reliable.
 const SHARE_OF_STATE: f64 = 0.1;
 
-/// Number of rows above which only a sample of the rows is compared. Such a sample is sufficient for eight
-/// coefficients.
+/// Number of rows above which only a sample of the rows is compared, which is sufficient for eight coefficients.
 const ENOUGH_ROWS: usize = 512;
 
 /// Relative accuracy of sums of products.
 pub(super) const DIGITS: f64 = 100.0 * f64::EPSILON;
 
-/// Matrix of the mean weighted products of all pairs of vectors. The vectors are those at the starts of the previous
-/// steps and the one at the start of the next step.
+/// Matrix of the mean weighted products of all pairs of vectors: the vectors at the starts of the previous steps and at
+/// the start of the next step.
 pub(super) type Products = SMatrix<f64, PLACES, PLACES>;
 
 /// Workspace for the products of many columns.
@@ -35,8 +34,8 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// Computes the mean weighted products of all pairs of vectors for each column. The products of the values and of
-    /// the derivatives times h are both included.
+    /// Computes the mean weighted products of all pairs of vectors for each column. Each is the sum of the product of
+    /// the values and the product of the derivatives times h.
     pub(super) fn of(
         &mut self,
         vectors: &[[&[f64]; 2]],
@@ -66,9 +65,8 @@ impl Sums {
     }
 }
 
-/// Returns the coefficients of the linear combination of the first `count` vectors that approximates the next vector.
-/// They are computed from the products of a column and of the state. Coefficients larger than the tolerance justifies
-/// are damped.
+/// Returns the coefficients of the linear combination of the first `count` vectors that approximates the next vector,
+/// computed from the products of a column and of the state. Large coefficients are damped, depending on the tolerance.
 pub(super) fn combination(
     column: &Products,
     state: &Products,

@@ -3,7 +3,7 @@
 use crate::dense::{Collocation, add_scaled};
 use crate::method::Method;
 
-/// A step of the backward pass, to which a misfit J adds its derivatives: ∂J/∂y at times within the step or at the
+/// A step of the backward pass, to which a misfit J adds its derivatives ∂J/∂y at times within the step or at the
 /// stages.
 ///
 /// Multipliers of index 2 and 3 are collocation values; see [`ForwardSensitivities`](super::ForwardSensitivities).
@@ -64,7 +64,7 @@ impl Cotangents<'_> {
         nodes.map(move |(c, b)| (t0 + c * h, b * h))
     }
 
-    /// Writes y at stage `i`, a zero-based index, to `out`.
+    /// Writes y at stage `i`, counted from 0, to `out`.
     ///
     /// # Panics
     /// Panics if the stage does not exist, or if the length of `out` is not the number of unknowns.

@@ -57,7 +57,7 @@ impl Curves {
         &self.apart[j]
     }
 
-    /// Discards the history, because the problem has a jump or a kink at this time.
+    /// Discards the history. This is necessary if the problem has a jump or a kink at this time.
     pub(super) fn forget(&mut self) {
         self.history.clear();
         self.predictor.forget();
@@ -91,8 +91,8 @@ impl Curves {
         self.step.y_dot0.copy_from_slice(&self.s_dot);
     }
 
-    /// Writes the magnitude of each component of p̄ S_j: the maximum of the magnitudes at the two ends of the step. The
-    /// value at the end includes the pending correction in `residual`.
+    /// Writes the size of each component of p̄ S_j, the maximum of |p̄ S_j| at the two ends of the step, to `out`. The
+    /// value at the end includes the correction in `residual`, which is not yet applied.
     pub(super) fn size(&self, j: usize, scale: f64, out: &mut [f64]) {
         let last = self.step.increments.len() - self.s.len();
         let end = (&self.step.increments[last..], &self.residual[last..]);

@@ -23,13 +23,13 @@ use crate::work::Counters;
 /// ```
 ///
 /// are solved for the increments σ of the sensitivities at the stages. The result is the derivative of the discrete
-/// solution for the steps taken, by default to a third of the solution's tolerance. The factors of the step, which
-/// belong to a frozen Jacobian, serve as a preconditioner. The steps are identical to those of a run without
+/// solution for the steps taken, by default with an error of a third of the solution's tolerance. The factors of the
+/// step, which belong to a frozen Jacobian, are the preconditioner. The steps are the same as in a run without
 /// sensitivities unless [`controlling_steps`](Self::controlling_steps) is set.
 ///
-/// Sensitivities of multipliers of index 2 and 3 are derivatives of the collocation values. The solver returns
-/// multipliers without their leading error, but this error is not removed from the sensitivities. Therefore, the order
-/// of the sensitivities is lower by one.
+/// Sensitivities of multipliers of index 2 and 3 are derivatives of the collocation values. The solver removes the
+/// leading error of the multipliers, but not of their sensitivities. Therefore, the order of these sensitivities is
+/// lower by one.
 ///
 /// # Examples
 /// ```
@@ -70,8 +70,8 @@ pub struct ForwardSensitivities<Q> {
 
 impl<Q> ForwardSensitivities<Q> {
     /// Creates the sensitivities of the solution of a solver with respect to `parameters`. `starts` contains the values
-    /// ∂y/∂p_j at the current time of the solver. At index 2 and 3, they must satisfy the constraints differentiated with
-    /// respect to p_j: this is not checked, and violations persist.
+    /// ∂y/∂p_j at the current time of the solver. At index 2 and 3, these values must satisfy the constraints
+    /// differentiated with respect to p_j. This is not checked, and violations persist.
     ///
     /// # Shapes
     /// `starts`: the number of unknowns for each parameter.
@@ -118,9 +118,9 @@ impl<Q> ForwardSensitivities<Q> {
 
     /// Continues after a restart of the solver. `starts` contains the values ∂y/∂p_j at the current time of the solver.
     ///
-    /// If [`reinit`](RadauSolver::reinit) did not change y, at a time independent of p, these are the current values
-    /// ([`of`](Self::of)). After [`restore`](RadauSolver::restore), these are the values at the time of the saved
-    /// state.
+    /// If [`reinit`](RadauSolver::reinit) did not change y and its time does not depend on p, these are the current
+    /// values ([`of`](Self::of)). After [`restore`](RadauSolver::restore), these are the values at the time of the
+    /// saved state.
     ///
     /// # Shapes
     /// `starts`: the number of unknowns for each parameter.
@@ -146,8 +146,8 @@ impl<Q> ForwardSensitivities<Q> {
     }
 
     /// Sets the tolerance of the linear systems as a fraction of the integration's tolerance. The default corresponds
-    /// to a third of the solution's tolerance. In four cases, the default is Newton's tolerance, which is a tenth of
-    /// this value: at order 5, with hidden constraints, if the sensitivities control the steps, and if
+    /// to a third of the solution's tolerance. In four cases, the default is Newton's tolerance, usually a tenth of
+    /// this value: for at most three stages, with hidden constraints, if the sensitivities control the steps, and if
     /// [`newton_tolerance`](field@crate::RadauOptions::newton_tolerance) is set.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
@@ -161,8 +161,7 @@ impl<Q> ForwardSensitivities<Q> {
     /// −(J_y + γ/h J_ẏ)⁻¹ (J_y S_j + J_ẏ σ_j'(t_n) + ∂F/∂p_j)   at (t_n, y_n, u'(t_n)).
     /// ```
     ///
-    /// This estimate never causes the repetition of a step. The steps differ from the steps of a run without
-    /// sensitivities.
+    /// Steps are never repeated because of this estimate, but their sizes differ from a run without sensitivities.
     #[must_use]
     pub fn controlling_steps<P: Problem, M: LinearSolver<P>>(
         self,
@@ -328,7 +327,7 @@ impl<Q> ForwardSensitivities<Q> {
             rows.iter_mut().for_each(|r| *r = -*r);
             work.parameter_derivatives += n_columns as u64;
         }
-        // The residual is −∂F/∂p − J_y (S + σ) − h⁻¹ J_ẏ A⁻¹ σ. It is replaced by the resulting correction of σ.
+        // The residual −∂F/∂p − J_y (S + σ) − h⁻¹ J_ẏ A⁻¹ σ is later replaced by the resulting correction of σ.
         let both = [&self.columns_weights[..], &self.weights];
         curves.begin(method, &collocation, both, tolerance);
         let at = (Some(&curves.s[..]), &curves.step.increments[..]);

@@ -13,8 +13,8 @@ use crate::method::Method;
 
 /// Last steps of several columns, from which the next step is predicted.
 ///
-/// A linear combination of the values of a column, and of the state y, at the starts of these steps approximates the
-/// current values,
+/// The current values of a column and of the state y are approximated by a linear combination of their values at the
+/// starts of these steps,
 ///
 /// ```text
 /// S_n ≈ Σ_k a_k S_k,   y_n ≈ Σ_k a_k y_k,   and the same for their derivatives,
@@ -22,7 +22,7 @@ use crate::method::Method;
 ///
 /// by least squares, with separate coefficients for each column. S satisfies linear equations that depend on the state.
 /// Therefore, the curve of S over the next step is nearly the same combination of the curves over the previous steps.
-/// Vibrations and decaying terms are combinations of a few such curves, even over steps too long for
+/// Vibrations and decaying terms are combinations of a few such curves, even over steps that are too long for
 /// polynomial extrapolation.
 #[derive(Debug)]
 pub(super) struct History {
@@ -39,7 +39,7 @@ struct Past {
     state: [Vec<f64>; 2],
 }
 
-/// Workspace, which avoids allocations for each guess.
+/// Workspace, stored to avoid an allocation for each guess.
 #[derive(Debug, Default)]
 struct Workspace {
     sums: Sums,
@@ -61,7 +61,7 @@ pub(super) struct Beginning<'a> {
     pub(super) h: f64,
     pub(super) columns: Vectors<'a>,
     pub(super) state: Vectors<'a>,
-    /// Mean magnitude below which values are noise.
+    /// Root mean square below which values are considered noise.
     pub(super) tolerance: f64,
 }
 
@@ -87,7 +87,7 @@ impl History {
         }
     }
 
-    /// Returns the steps whose polynomials can be extrapolated over a step of size `h`.
+    /// Returns the steps whose polynomials can be evaluated over a step of size `h`.
     fn usable(&self, h: f64) -> impl Iterator<Item = &Past> {
         let steps = self.steps.iter();
         steps.filter(move |past| h <= LONGER * past.curves.h)
@@ -109,7 +109,7 @@ impl History {
         }
     }
 
-    /// Discards all steps, because the solution does not continue smoothly.
+    /// Discards all steps. This is necessary if the solution does not continue smoothly.
     pub(super) fn clear(&mut self) {
         self.steps.clear();
     }
@@ -170,8 +170,8 @@ impl History {
     }
 }
 
-/// Adds Σ_j b_ij z_j of a stored step to stage i of the initial guess, with each column multiplied by its share. A stage
-/// has `numbers` values, the `shares` are repeated periodically, and `basis` contains b_ij stage by stage.
+/// Adds Σ_j b_ij z_j of a stored step, with each column multiplied by its share, to stage i of the initial guess. A
+/// stage has `numbers` values, the `shares` are repeated periodically, and `basis` contains b_ij stage by stage.
 #[with_simd(add_polynomials = Arch::new())]
 #[inline(always)]
 fn add_polynomials_with<S: Simd>(
@@ -210,7 +210,7 @@ mod tests {
 
     const FREQUENCIES: [f64; 2] = [1.0, 2.7];
 
-    /// Returns component i of column j, which is a vibration with two frequencies, or its derivative.
+    /// Returns component i of column j, a vibration with two frequencies, or its derivative.
     fn curve(i: usize, j: usize, t: f64, derivative: bool) -> f64 {
         let of = |(k, omega): (usize, &f64)| {
             let size = ((1 + i + 3 * j + 5 * k) as f64).sin();
@@ -281,8 +281,8 @@ mod tests {
         errors.map(|(z, e)| (z - e).abs()).fold(0.0, f64::max)
     }
 
-    /// Combinations of eight steps approximate four curves in total, with an error of a few times the tolerance of
-    /// 1e-6. For shorter steps, the polynomial of degree 7 adds an error of a few times 2.7⁸/8! × 2 × 4⁻⁸ = 2e-6.
+    /// Four curves in total are approximated by combinations of eight steps, with an error of a few times the tolerance
+    /// of 1e-6. For the shorter last step, the polynomial of degree 7 adds a few times 2.7⁸/8! × 2 × 4⁻⁸ = 2e-6.
     #[test]
     fn vibrations_of_two_frequencies_are_guessed_over_long_steps() {
         for last in [1.0, 0.6] {

@@ -4,11 +4,11 @@ use crate::dense::add_scaled;
 
 /// Solves K x = r by generalized conjugate residuals (Eisenstat, Elman, Schultz 1983).
 ///
-/// Each direction p is stored with q = K p, and the vectors q are orthogonal. K is close to the identity, since it is
-/// preconditioned by the factors of a frozen Jacobian. Therefore, a few directions are sufficient.
+/// Each direction p is stored with q = K p, and the vectors q are orthogonal. A few directions are sufficient, because
+/// K is preconditioned by the factors of a frozen Jacobian and therefore close to the identity.
 #[derive(Debug, Default)]
 pub(super) struct Krylov {
-    /// Directions p with their images q and 1/|q|². The first `used` directions belong to the last K.
+    /// Directions p with q and 1/|q|². The first `used` directions belong to the last solve.
     directions: Vec<Direction>,
     used: usize,
 }
@@ -20,7 +20,7 @@ struct Direction {
     inverse: f64,
 }
 
-/// Maximum number of directions for one K.
+/// Maximum number of directions per solve.
 const MAX_DIRECTIONS: usize = 60;
 
 /// Reason why a solve failed.
@@ -55,8 +55,8 @@ impl Krylov {
 
     /// Adds the solution of K d = `r` to `x` with a residual norm of about `tolerance`. `apply` replaces v by K v.
     ///
-    /// At the end, the remaining residual r is added to the solution. Since K is close to the identity, the new
-    /// residual r − K r is smaller, by the contraction of the last direction.
+    /// At the end, the remaining residual r is added to the solution. As K is close to the identity, the new residual
+    /// r − K r is smaller. The contraction measured for the last direction is assumed.
     ///
     /// # Shapes
     /// `weights`: relative weights of the components; all slices have the same length.
@@ -157,8 +157,8 @@ mod tests {
         Ok(())
     }
 
-    /// Each direction reduces the residual to 0.3 or less, so ten digits require at most 19 directions. The last of
-    /// them is the final addition of the residual.
+    /// Each direction reduces the residual by a factor of 0.3 or less, so ten digits require at most 19 directions,
+    /// including the final addition of the residual.
     #[test]
     fn solutions_leave_no_more_than_the_tolerance_and_little_less() {
         let n = 40;

@@ -1,8 +1,8 @@
 //! Sensitivities of the computed solution.
 //!
-//! [`ForwardSensitivities`] follow a [`RadauSolver`](crate::RadauSolver) step by step. A `StageOperator` linearizes the
-//! equations at the stages of each accepted step. `Block` solves the linearized equations for all parameters at once,
-//! with the factors of the step as a preconditioner. The integration itself is independent of this module.
+//! [`ForwardSensitivities`] follows a [`RadauSolver`](crate::RadauSolver) step by step. A `StageOperator` linearizes
+//! the equations at the stages of each accepted step. `Block` solves the linearized equations for all parameters at
+//! once, with the factors of the step as a preconditioner. The integrator itself does not depend on this module.
 //!
 //! An [`Adjoint`] traverses the steps of a [`Recording`] backward with the transposed operator and `Krylov`. A misfit
 //! adds its derivatives to the [`Cotangents`] of each step.

@@ -6,8 +6,8 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 /// Entries of a pattern that have been nonzero so far.
 ///
-/// ∂F/∂y and ∂F/∂ẏ share a pattern, and each matrix has nonzero entries only in a part of it. Products with the full
-/// pattern would mostly multiply by zeros.
+/// ∂F/∂y and ∂F/∂ẏ share a pattern, and each matrix has nonzero entries only in a part of it. In products with the full
+/// pattern, most entries would be zero.
 #[derive(Debug)]
 pub(super) struct Nonzeros {
     is_kept: Vec<bool>,
@@ -76,8 +76,8 @@ fn product(pattern: &SparsityPattern, is_kept: &[bool]) -> Product {
 mod tests {
     use super::*;
 
-    /// Computes products with the full matrix ((1, 3), (2, 4)), stored as 1, 2, 3, 4: first with the diagonal only,
-    /// then with all entries.
+    /// Computes products with the matrix ((1, 3), (2, 4)), stored as 1, 2, 3, 4: first with the diagonal only, then
+    /// with all entries.
     #[test]
     fn products_are_those_of_all_entries_seen() {
         let pattern =

@@ -24,7 +24,7 @@ pub(super) struct StageOperator {
     pub(super) stages: Vec<Stage>,
     /// Number of points.
     stages_and_start: usize,
-    /// Whether the tangents are stored by the parameters.
+    /// Whether the `parameters` store the tangents.
     is_kept: bool,
     value: Vec<f64>,
     rates: Vec<f64>,
@@ -87,8 +87,8 @@ impl StageOperator {
 
     /// Linearizes the equations at the stages of a step, and also at its start if the start was added.
     ///
-    /// The `parameters` may store the tangents themselves and [multiply](Self::subtract) with them. If transposed
-    /// products are needed, the parameters must support them.
+    /// The `parameters` may store the tangents themselves for later [products](Self::subtract). If transposed products
+    /// are needed, this requires that the parameters support them.
     pub(super) fn linearize<P: Problem>(
         &mut self,
         (problem, parameters): (&mut P, &mut impl Parameters<P>),

@@ -1,4 +1,4 @@
-//! Data of a run stored for the backward pass.
+//! Data of a run that are stored for the backward pass.
 
 use myovib_dae::{IntegratorError, LinearSolver, Outcome, Problem};
 
@@ -57,7 +57,7 @@ impl Recording {
     }
 
     /// Creates a recording with two levels of checkpoints. For N steps, it stores at most √N states, and the stages of
-    /// the √N to 2 √N steps between two of these states. Almost all steps are then computed twice.
+    /// the √N to 2 √N steps between two of these states. In return, almost all steps are computed twice.
     ///
     /// The solver must not be modified between steps, so that it can replay them.
     ///
@@ -147,8 +147,7 @@ impl Recording {
                 if self.steps.len().is_multiple_of(*spacing) {
                     states.push(solver.save());
                 }
-                // If the number of states exceeds the number of steps between two of them, every other state is
-                // dropped.
+                // If the number of states exceeds the number of steps between two states, every other state is dropped.
                 if states.len() > *spacing {
                     let mut number = 0;
                     states.retain(|_| {

@@ -11,14 +11,15 @@ pub(super) struct ReusedFactors {
     is_stale: bool,
 }
 
-/// The matrix is factorized again if GCR needs this many more directions than with fresh factors. A matrix setup costs
-/// about as much as five directions or ten solves. (A direction consists of a solve and a product with the tangents at
-/// all stages, which have about the same cost.) A difference of one direction may be random.
+/// Largest number of additional directions, compared with fresh factors, that GCR may need before the matrix is
+/// factorized again. A matrix setup costs about as much as five directions or ten solves. (A direction consists of a
+/// solve and a product with the tangents at all stages, which have about the same cost.) A difference of one direction
+/// may be random.
 const STALE: usize = 3;
 
-/// Factors are reused if the ratio r of the step sizes is at most this value. If inertia dominates, the matrices differ
-/// by the factor r², and each direction reduces the residual to about (r − 1)/(r + 1). For row 4 of Table 2 up to t =
-/// 2, the total cost of setups and directions is lowest between 1.05 and 1.1, and higher at 1.25.
+/// Largest ratio r of two step sizes for which factors are reused. If inertia dominates, the matrices differ by the
+/// factor r², and each direction reduces the residual by a factor of about (r − 1)/(r + 1). For row 4 of Table 2 up to
+/// t = 2, the total cost of setups and directions is lowest for limits between 1.05 and 1.1, and higher for 1.25.
 const WINDOW: f64 = 1.1;
 
 impl ReusedFactors {

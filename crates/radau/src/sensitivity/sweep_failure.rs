@@ -10,7 +10,7 @@ use crate::failure::Failure;
 pub(super) enum SweepFailure {
     #[error(transparent)]
     Stalled(#[from] Stalled),
-    /// Failure of a function, with the index of the parameter, or 0 if it concerns all parameters.
+    /// Failure of a function, with the index of the parameter, or 0 if the failure concerns all parameters.
     #[error("{1}")]
     Failed(usize, StepError),
 }

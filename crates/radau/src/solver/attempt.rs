@@ -29,8 +29,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             false => &[],
         };
         if failures.unsolved() && self.newton.leaps(&step, &self.y_dot, free) {
-            // The iterations have found another root of F with a very different ẏ, which the error test of y does not
-            // detect.
+            // The iterations have converged to another root of F with a very different ẏ, which the error test of y
+            // does not detect.
             return Err(Failure::Rejected(Rejection {
                 reason: StopReason::ConvergenceFailures,
                 message: format!("ẏ changes abruptly while y barely changes at h = {h:e}"),
@@ -51,7 +51,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(proposal)
     }
 
-    /// Rejects a step, and all shorter ones, if it is so short that rounding exceeds the tolerances.
+    /// Rejects a step and all shorter steps if it is so short that rounding errors exceed the tolerances.
     fn expect_small_rounding(&mut self, h: f64) -> Result<(), Failure> {
         self.sample_rounding(h, None)?;
         let (n, weights) = (self.y.len(), self.weights.scaled());
@@ -74,7 +74,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         rounding.sample(problem, matrices, &step, at_start, Sampling::THOROUGH, counters)
     }
 
-    /// Evaluates the integrands at the stages. The multipliers used are corrected for their errors.
+    /// Evaluates the integrands at the stages, with multipliers from which the leading errors have been removed.
     fn evaluate_quadratures(&mut self, h: f64) -> Result<(), Failure> {
         let Some(quadrature) = &mut self.quadrature else {
             return Ok(());
@@ -105,8 +105,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if let Some(internal) = &self.internal {
             internal.show_present(problem);
         }
-        // If there is a hidden constraint, a shorter step has a larger rounding error. Therefore, rounding must neither
-        // shorten nor repeat a step.
+        // If there is a hidden constraint, a shorter step has larger rounding errors. Therefore, steps must be neither
+        // shortened nor repeated because of rounding errors.
         let control = &self.control;
         let shortens = control.propose(h, error, iterations) < h || control.judge(h, error) >= 1.0;
         let questioned = error >= 1.0 || (self.multipliers.any() && shortens);
@@ -152,7 +152,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Rejection {
             reason: StopReason::ErrorTestFailures,
             message: format!("estimated error {judged:.2e} times the tolerance at h = {h:e}"),
-            // The time scale is unknown before the first step is accepted.
+            // The time scale is unknown in a first step.
             step_factor: match self.fresh {
                 true => 0.1,
                 false => self.control.propose(h, judged, iterations) / h,
@@ -187,14 +187,15 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                     break;
                 }
             }
-            // In shorter steps, the rounding errors of multipliers exceed their tolerances.
+            // In steps shorter than this, the rounding errors of multipliers would exceed their tolerances.
             shortest = self.shortest_resolved(h).min(h);
         }
         let proposal = self.control.propose_for_multipliers(h, left, order);
         Ok(proposal.max(shortest))
     }
 
-    /// Solves the stage equations. Uses a new Jacobian if the current one fails. Returns the number of iterations.
+    /// Solves the stage equations, with a new Jacobian if Newton's method fails with the current one. Returns the
+    /// number of iterations.
     fn solve_stages(&mut self, h: f64, failures: Failures) -> Result<usize, Failure> {
         self.weights.scale(h);
         loop {
@@ -208,7 +209,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 return Err(failure);
             };
             self.counters.statistics.newton_failures += 1;
-            // The Jacobian of an earlier step may cause slow convergence.
+            // The reason for slow convergence may be that the Jacobian is from an earlier step.
             let slow = rejection.reason == StopReason::ConvergenceFailures;
             if slow && self.jacobian != JacobianAge::Current {
                 self.jacobian = JacobianAge::Due;
@@ -225,9 +226,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Jacobian at its start. Returns `rejection` if these Jacobians fail as well.
     ///
     /// F may have a kink near the start, for example at the threshold of an ideal diode, and the start may be on the
-    /// wrong side of the kink. According to the predicted or iterated values, the end is on the right side. Up to six
-    /// Jacobians are evaluated and factorized, one after each failure. Only steps in which the solution changes by
-    /// about the tolerances are solved in this way, because F may have other roots to which these Jacobians could lead.
+    /// wrong side of the kink. The predicted or iterated values at the end of the step may be on the other side. Up to
+    /// six Jacobians are evaluated and factorized, one after each failure. Only steps in which the solution changes by
+    /// about the tolerances are solved in this way, because the iterations could otherwise converge to other roots of
+    /// F.
     fn solve_beyond_kink(
         &mut self,
         h: f64,
@@ -235,7 +237,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         rejection: Rejection,
     ) -> Result<usize, Failure> {
         let (n, last) = (self.y.len(), self.method.stages() - 1);
-        // Displacements as large as the tolerances may cross the kink.
+        // The displacements are smaller than the tolerances, because displacements by the tolerances may cross the
+        // kink.
         let weights: Vec<f64> = self.weights.plain().iter().map(|w| w / FINE).collect();
         let iterated = self.newton.z.clone();
         // The iterations may alternate between the two sides of the kink.
@@ -244,8 +247,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let mut predicted = vec![0.0; iterated.len()];
         self.predictor.start(&self.method, &self.collocation, (self.t, h), &self.y, &mut predicted);
         let candidates = [predicted, iterated, before];
-        // Displacements are along or against the motion. Wherever the kink is, one of these directions does not cross
-        // it.
+        // Displacements in the direction of motion and in the opposite direction are tried, because at least one of
+        // them does not cross the kink.
         for (z, step) in [h, -h].iter().flat_map(|step| candidates.iter().map(move |z| (z, *step)))
         {
             let (mut y, mut y_dot) = (self.y.clone(), vec![0.0; n]);
@@ -267,7 +270,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     }
 
     /// Returns whether the derivatives that occur in F change by at most half of their size in the step just solved. If
-    /// they change by more, F may have another root.
+    /// they change by more, the iterations may have converged to another root of F.
     fn keeps_rates(&self, h: f64) -> bool {
         let (n, last) = (self.y.len(), self.method.stages() - 1);
         let mut y_dot = vec![0.0; n];
@@ -280,9 +283,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         change <= 0.5 * norm((0..n).map(|i| weight(i) * self.y_dot[i]), n)
     }
 
-    /// Returns whether a step of size `h` may start near a kink that difference quotients do not resolve. This is the
-    /// case if Newton's method has failed repeatedly although the solution changes by less than its tolerance.
-    /// Exact Jacobians describe one side of the kink.
+    /// Returns whether a step of size `h` may start near a kink that difference quotients do not resolve. This is
+    /// assumed if Newton's method has failed repeatedly although the solution changes by less than its tolerance. It is
+    /// not assumed for exact Jacobians, which always describe one side of a kink.
     pub(super) fn may_be_near_kink(&self, h: f64, failures: Failures) -> bool {
         let has_quotients = self.matrices.difference_evaluations() > 0 && self.internal.is_none();
         if !(has_quotients && failures.suggest_kink()) {
@@ -319,8 +322,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                     let at_start = (&self.y_dot[..], None);
                     rounding.sample(problem, matrices, &step, at_start, sampling, counters)?;
                     let left = (0..n).map(|i| rounding.beyond(i, corrections[i]) * step.weights[i]);
-                    // A sample may miss the rounding of individual components. In equilibrium, all corrections are
-                    // rounding errors, so the contraction of the matrices cannot be observed.
+                    // A sample may not contain the rounding errors of some components, so the norms of all components
+                    // are also compared. In equilibrium, all corrections are rounding errors, and do not contract.
                     let all = (0..n).map(|i| corrections[i] * step.weights[i]);
                     let explained = (0..n).map(|i| rounding.of(i) * step.weights[i]);
                     if norm(left, n) <= newton.allowed() || norm(all, n) <= norm(explained, n) {
@@ -377,8 +380,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Factorizes the matrices for a step of size h. If one matrix selects new pivots, all matrices do, so that all
-    /// pivots belong to one evaluation and one h.
+    /// Factorizes the matrices for a step of size h. If new pivots are selected for one matrix, they are selected for
+    /// all matrices, so that all pivots belong to the same evaluation and the same h.
     fn choose_pivots_and_factorize(&mut self, h: f64) -> Result<(), StepError> {
         for (shift, mode) in self.shifts.iter_mut().zip(self.method.complex_modes()) {
             *shift = mode.lambda / h;

@@ -75,8 +75,8 @@ impl<P: Problem> RadauBuilder<P> {
     /// Replaces the tolerances by a function that writes the error weights w for y. The weights must be positive. The
     /// function is called after each step, and its values are used without conversion; see
     /// [`RadauOptions::internal_factor`]. Other quantities that depend on a relative tolerance, in particular Newton's
-    /// tolerance, use the minimum of 1/(w |y|). If the relative tolerance of the options is smaller, they use this
-    /// tolerance.
+    /// tolerance, are computed from the minimum of 1/(w |y|) or, if it is smaller, from the relative tolerance of the
+    /// options.
     #[must_use]
     pub fn error_weights(
         mut self,
@@ -104,9 +104,9 @@ impl<P: Problem> RadauBuilder<P> {
         self
     }
 
-    /// Integrates q̇ = g(t, y, ẏ) from `start` along with the solution, with the weights of the collocation method. The
-    /// result has the order of the method. g is evaluated at each stage of each accepted step, but no equations are
-    /// solved. Quadratures do not affect the steps unless g fails.
+    /// Integrates q̇ = g(t, y, ẏ) from `start` together with the solution, with the weights of the collocation method.
+    /// The result has the order of the method. The function g is evaluated at each stage of each accepted step, but no
+    /// equations are solved. Quadratures do not affect the steps unless g fails.
     #[must_use]
     pub fn quadrature(
         mut self,
@@ -119,8 +119,8 @@ impl<P: Problem> RadauBuilder<P> {
         self
     }
 
-    /// Integrates internal variables along with the unknowns. They are eliminated from the equations of Newton's
-    /// method, see [`InternalVariableProblem`]. They cannot be combined with sensitivities.
+    /// Integrates internal variables together with the unknowns. They are eliminated from the equations of Newton's
+    /// method; see [`InternalVariableProblem`]. Sensitivities are not available for problems with internal variables.
     #[must_use]
     pub fn internal_variables(mut self, internal: InternalVariables) -> Self
     where
@@ -146,7 +146,7 @@ impl<P: Problem> RadauBuilder<P> {
         self.build_with(matrices, t0, y0, y_dot0)
     }
 
-    /// Builds a solver that uses a custom linear solver for this problem.
+    /// Builds a solver with a custom linear solver for this problem.
     ///
     /// # Shapes
     /// The same as for [`build`](RadauBuilder::build).
@@ -173,7 +173,7 @@ impl<P: Problem> RadauBuilder<P> {
             h: 0.0,
             source: error.into(),
         })?;
-        // If the indices are unknown, errors are not scaled by them.
+        // If the indices are unknown, errors are not scaled by powers of h.
         let stated = problem.indices();
         let indices = stated.clone().unwrap_or_else(|| vec![1; n]);
         expect_length("indices", n, indices.len())?;

@@ -44,7 +44,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Stops at the first root in the last step up to the time `t`, if there is one.
+    /// Pauses at the first root in the last step up to the time `t`, if there is one.
     fn root_before(&mut self, t: f64) -> Result<Option<Outcome>, RadauError> {
         let Some(roots) = &mut self.roots else {
             return Ok(None);

@@ -6,15 +6,16 @@ use super::state::{JacobianAge, RadauSolver};
 use crate::failure::{Failure, Fatal};
 use crate::options::StepSize;
 
-/// Safety factor for the size of a first step. Without this factor, the sampled rounding of multipliers would equal
-/// their tolerances. At high orders, the matrices of some stages amplify rounding more than the sampled matrix does.
+/// Safety factor for the size of a first step. Without it, the sampled rounding errors of multipliers would be as large
+/// as their tolerances. At high orders, some complex matrices amplify rounding errors more than the sampled matrix
+/// does.
 const SAFETY: f64 = 2.0;
 
-/// Maximum fraction of the interval that a first step may cover in order to resolve multipliers.
+/// Maximum fraction of the interval to which a first step may be lengthened in order to resolve multipliers.
 const LARGEST_PART: f64 = 0.1;
 
-/// Minimum of an estimated first step size, in units of the minimum step size. It leaves a margin for repetitions with
-/// smaller sizes.
+/// Minimum of an estimated first step size, in units of the shortest step that rounding of t allows. It leaves a margin
+/// for repetitions with smaller sizes.
 const RESOLVED_T: f64 = 100.0;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
@@ -34,7 +35,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 let longest = LARGEST_PART * (t_out - self.t);
                 Ok(h.max(resolving.min(longest).min(limit - self.t)).min(max))
             }
-            // The step itself will fail for the same reason.
+            // The step itself fails for the same reason and reports it.
             Err(Failure::Rejected(_)) => Ok(h),
             Err(Failure::Fatal(fatal)) => Err(fatal),
         }
@@ -42,8 +43,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
 
     /// Returns T τ^(3/4)/2 or a thousandth of the time to `t_out`, whichever is smaller. Here, τ is the relative
     /// tolerance of the estimate, and T is the time in which y changes by its own size, 1/(τ ‖ẏ‖) in the norm of the
-    /// tolerances. In a step of size T τ/2, y would change by only the tolerance. Such a step may be so short that
-    /// rounding dominates constraints and a singular ∂F/∂ẏ.
+    /// tolerances. In a step of size T τ/2, y would change by only half of the tolerance. Such a step may be so short
+    /// that rounding errors dominate if there are constraints or ∂F/∂ẏ is singular.
     fn estimated_first_step(&self, t_out: f64) -> f64 {
         let squares = self.y_dot.iter().zip(self.weights.plain());
         let square: f64 = squares.map(|(v, w)| (v * w).powi(2)).sum();
@@ -59,15 +60,15 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         (1e-3 * (t_out - self.t)).min(0.5 / (norm * scale))
     }
 
-    /// Returns the shortest first step in which rounding, amplified by 1/h² in multipliers of index 3, is below their
-    /// tolerances. Returns 0 if there are no such multipliers. Rounding is sampled in a step of size `h`.
+    /// Returns the shortest first step in which the rounding errors of multipliers of index 3, amplified by 1/h², are
+    /// within their tolerances. Returns 0 if there are no such multipliers. Rounding is sampled in a step of size `h`.
     fn resolving_step(&mut self, h: f64) -> Result<f64, Failure> {
         if self.multipliers.largest_index() < 3 {
             return Ok(0.0);
         }
         self.prepare_matrices(h)?;
         self.sample_rounding(h, None)?;
-        // The step itself has a separate Jacobian and separate pivots.
+        // For the step itself, the Jacobian is evaluated and pivots are selected again.
         (self.jacobian, self.set_up_for, self.pivots_due) = (JacobianAge::Due, None, true);
         Ok(SAFETY * self.shortest_resolved(h))
     }
@@ -86,9 +87,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Returns the shortest step in which rounding of multipliers is below their tolerances, based on the last sample
-    /// of rounding in a step of size `h`. No safety factor is applied for variables of index 2, because it would
-    /// exclude short steps that follow fast changes.
+    /// Returns the shortest step in which the rounding errors of multipliers are within their tolerances, computed from
+    /// the last sample of rounding in a step of size `h`. No safety factor is applied for variables of index 2, because
+    /// it would exclude short steps that are needed after fast changes.
     pub(super) fn shortest_resolved(&self, h: f64) -> f64 {
         let (mask, largest_index) = (self.error_test.mask(), self.multipliers.largest_index());
         let excess = (0..mask.len()).map(|i| {

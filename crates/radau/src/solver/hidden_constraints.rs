@@ -1,8 +1,9 @@
 //! Corrections of initial values that violate constraints by less than the tolerances.
 //!
 //! If a position constraint g(q) = 0 is violated by δ, a step of size h moves the positions by δ. The errors of
-//! velocities and multipliers are then δ/h and δ/h². Therefore, a small δ makes steps fail, and shorter steps are even
-//! more likely to fail. An error a of the velocities causes the error a/h of the multipliers, without a failed test.
+//! velocities and multipliers are then δ/h and δ/h². Therefore, steps fail even if δ is small, and shorter steps are
+//! even more likely to fail. An error a of the velocities causes an error a/h of the multipliers, which no test
+//! detects.
 
 use myovib_dae::{LinearSolver, Problem};
 
@@ -10,21 +11,20 @@ use super::state::{RadauSolver, step_of};
 use crate::failure::Failure;
 use crate::newton::norm;
 
-/// Maximum number of moves onto the constraints. Each move reduces a violation by a factor of about its size relative
-/// to the variables.
+/// Maximum number of moves onto the constraints. Each move reduces a violation by a factor of about the relative size
+/// of the violation.
 const MOVES: usize = 8;
 
-/// Relative rounding of variables. Smaller violations are not reduced.
+/// Relative rounding error of variables, below which violations are not reduced.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Maximum relative difference between the velocity errors determined with two step sizes. A smaller difference
-/// indicates an error of the initial values. In contrast, errors of the steps are proportional to a power of h, and
-/// rounding errors to 1/h.
+/// Maximum relative difference between the velocity errors measured with two step sizes at which they are attributed to
+/// the initial values. In contrast, errors of the steps are proportional to a power of h, and rounding errors to 1/h.
 const AGREEMENT: f64 = 0.2;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Moves variables of index 1 onto the constraints at the start of a first step of size `h`, if they change by less
-    /// than the tolerances of the error test.
+    /// Moves variables of index 1 onto the constraints at the start of a first step of size `h`, if this changes them
+    /// by less than the tolerances of the error test.
     pub(super) fn move_onto_constraints(&mut self, h: f64) -> Result<(), Failure> {
         if !self.multipliers.any() {
             return Ok(());
@@ -41,7 +41,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             let (weights, n) = (self.weights.plain(), self.y.len());
             let errors = self.multipliers.constraint_errors();
             let size = norm(errors.map(|(i, error)| error * weights[i]), n);
-            // Convergence ends when only rounding errors remain.
+            // The moves stop converging when only rounding errors remain.
             let rounding = norm(start.iter().zip(weights).map(|(y, w)| ROUNDING * y * w), n);
             if !size.is_finite() || size > last {
                 self.y.copy_from_slice(&start);
@@ -62,8 +62,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Corrects the variables of index 1 so that the constraints of the last step no longer contain the remaining error
-    /// of Newton's method. `h` is the size of the step that has just failed.
+    /// Corrects the variables of index 1 so that they satisfy the constraints, from which they differ by the remaining
+    /// error of Newton's method in the last step. `h` is the size of the step that has just failed.
     pub(super) fn return_to_constraints(&mut self, h: f64) -> Result<(), Failure> {
         let is_after_a_step = self.multipliers.any() && self.counters.statistics.steps > 0;
         if !is_after_a_step || self.set_up_for != Some(h) {
@@ -87,10 +87,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Removes the error of velocities at the start of a first step, and the error of the derivatives of positions. Two
-    /// conditions must be met: the step just tested and the step of half its size, whose errors and slopes are in
-    /// `in_half`, agree about the error, and the error exceeds rounding. Returns whether the initial values were
-    /// changed.
+    /// Removes the errors of velocities and of the derivatives of positions at the start of a first step, if two
+    /// conditions are met: the error is larger than rounding errors, and it is about the same in the step just tested
+    /// and in the step of half its size, whose errors and slopes are in `in_half`. Returns whether the initial values
+    /// were changed.
     ///
     /// The derivative of the polynomial through positions on the constraints satisfies the hidden constraint up to an
     /// error of order h^s, even if the constraint depends on time.

@@ -18,7 +18,7 @@ pub(super) struct JacobianPoint {
 }
 
 impl JacobianPoint {
-    /// Stores the point `at` and the `response` there. Allocates memory only in the first call.
+    /// Stores the point `at` and the `response` at this point. Allocates memory only in the first call.
     pub(super) fn note(&mut self, at: &Linearization<'_>, response: &[f64]) {
         (self.t, self.step) = (at.t, at.step);
         for (stored, new) in [

@@ -63,13 +63,13 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if let StepSize::Adaptive = self.options.step_size {
             let h = self.collocation.h;
             let proposal = self.control.propose(h, error, 1);
-            // The limit is applied last: if the step window were applied after it, h would never change.
+            // This limit is applied after the step window. In the opposite order, h would never change.
             let proposal = self.step_size_after(h, proposal).min(GROWTH * h);
             self.h = self.h.map(|next| next.min(proposal));
         }
     }
 
-    /// Returns whether the last accepted step was taken as a first step.
+    /// Returns whether the last accepted step was treated as a first step.
     pub(crate) fn began_afresh(&self) -> bool {
         self.began_afresh
     }
@@ -131,8 +131,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         (self.time_limits, self.interpolation.active)
     }
 
-    /// Repeats a step within the same time limits and from the same state of the solver. The results are bitwise
-    /// identical. Root functions are not evaluated, which does not change the step.
+    /// Repeats a step with the same time limits and from the same state of the solver, with bitwise identical results.
+    /// Root functions are not evaluated, because they do not affect the step.
     pub(crate) fn repeat(
         &mut self,
         ([t_out, limit], dense_output): ([f64; 2], bool),

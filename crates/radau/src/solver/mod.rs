@@ -1,8 +1,8 @@
 //! The integrator.
 //!
-//! [`RadauSolver`] is constructed in `builder`, and `state` defines its data. `stepping` repeats an `attempt` until a
-//! step is accepted, and `events` stops within steps. `verification` repeats first steps and steps in which multipliers
-//! jump. `output` returns results between steps.
+//! [`RadauSolver`] is constructed in `builder`, and its data are defined in `state`. `stepping` repeats an `attempt`
+//! until a step is accepted, and `events` pauses within steps. `verification` repeats first steps and steps in which
+//! multipliers jump. `output` returns results between steps.
 
 mod attempt;
 mod builder;

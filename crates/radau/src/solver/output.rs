@@ -13,10 +13,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Writes the solution or its first derivative at a time within the last step to `out`.
     ///
     /// Dense output is the polynomial of degree s + 1 through the stages whose initial derivative equals the derivative
-    /// at the end of the previous step. Its error is O(h^(s+2)), and the error of its derivative is O(h^(s+1)). In the
-    /// first step, this requires a correct ẏ_0. For algebraic variables, the polynomial has degree s, and its order is
-    /// lower by one. [`RadauOptions::dense_output`](crate::RadauOptions::dense_output) limits the error. For variables
-    /// of index 2 and 3, the errors are the same as at the ends of the step, O(h^s) and O(h^(s−1)).
+    /// at the end of the previous step. The error of the polynomial is O(h^(s+2)), and the error of its derivative is
+    /// O(h^(s+1)). In the first step, this requires a correct ẏ_0. For algebraic variables, the polynomial has degree
+    /// s, and its order is lower by one. [`RadauOptions::dense_output`](crate::RadauOptions::dense_output) limits the
+    /// error. For variables of index 2 and 3, the errors have the same orders as at the ends of the step, O(h^s) and
+    /// O(h^(s−1)).
     ///
     /// # Shapes
     /// `out`: the number of unknowns.
@@ -110,7 +111,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Sets a stop time: no step passes it, and it is removed when it is reached.
+    /// Sets a stop time. No step passes this time, and the stop time is removed when it is reached.
     ///
     /// # Errors
     /// Returns [`IntegratorError::NotFinite`] or [`IntegratorError::TimeBehind`].

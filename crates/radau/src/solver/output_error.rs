@@ -7,21 +7,21 @@ use crate::control::FACTORS;
 use crate::failure::{Failure, Rejection};
 
 /// Maximum error of dense output, in units of the tolerances, for methods with more than [`LOW_ORDER`] stages if dense
-/// output is not used. Larger errors indicate a kink or a pulse within a long step that the error estimate does not
+/// output is not used. A larger error indicates a kink or a pulse in a long step that the error estimate does not
 /// detect. Errors of smooth steps and of Newton's method are usually smaller.
 const UNUSED: f64 = 10.0;
 
-/// Number of stages for which the order of dense output is too low for this test. At tight tolerances, the test would
-/// limit smooth steps.
+/// Number of stages up to which the order of dense output is too low for this test. At tight tolerances, the test would
+/// then limit smooth steps.
 const LOW_ORDER: usize = 3;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Tests the error of dense output in variables of index 0 and 1. Returns the largest next step size that this
-    /// error allows. Rounding is sampled only if the error exceeds the tolerances. The step is accepted in any case if
+    /// error allows. Rounding is sampled only if the error exceeds the tolerances. The step passes in any case if
     /// multipliers would not be resolved in a shorter step.
     ///
-    /// If dense output is not used, steps that follow a shortened step are not tested: errors of Newton's method,
-    /// divided by the size of the shortened step, may exceed the tolerances.
+    /// If dense output is not used, steps that follow a shortened step are not tested, because errors of Newton's
+    /// method divided by the size of the shortened step may exceed the tolerances.
     pub(super) fn test_dense_output(&mut self, h: f64, iterations: usize) -> Result<f64, Failure> {
         let detects = self.options.detect_kinks && self.method.stages() > LOW_ORDER;
         let was_shortened = h > FACTORS.1 * self.collocation.h;
@@ -65,9 +65,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     }
 
     /// Returns the largest next step size for which the error of dense output in variables of index 2 is within the
-    /// tolerance. Rounding and the errors at the end of the step are subtracted first. Rounding is sampled only if the
-    /// error limits the step below `limit`. Otherwise, steps shortened by a jump would never grow again.
-    /// In systems of index 3, rounding dominates.
+    /// tolerances. Rounding errors are subtracted, and errors at the end of the step are added to the tolerances,
+    /// because steps shortened at a jump would otherwise never grow again. Rounding is sampled only if the error would
+    /// reduce the step size below `limit`. In systems of index 3, the step size is not limited, because rounding errors
+    /// dominate.
     pub(super) fn limit_for_output_of_index_2(
         &mut self,
         h: f64,

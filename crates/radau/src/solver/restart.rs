@@ -98,12 +98,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         };
     }
 
-    /// Continues from [`t`](RadauSolver::t) with a small first step, as after a start. Call this method at times when a
-    /// function of the problem has a jump or a kink. Statistics continue. If the solution itself jumps, use
+    /// Continues from [`t`](RadauSolver::t) with a small first step, as at the start. Call this method at times at
+    /// which a function of the problem has a jump or a kink. Statistics continue. If the solution itself jumps, use
     /// [`reinit`](RadauSolver::reinit).
     ///
-    /// Algebraic variables may still have the values from before the jump. If this applies to the initial values, call
-    /// this method before the first step. In this case, the consistency of the initial values is not checked.
+    /// Algebraic variables may still have their values from before the jump. If the initial values are from before a
+    /// jump, call this method before the first step; the consistency of the initial values is then not checked.
     pub fn restart(&mut self) {
         if let Some(pause) = self.pause.take() {
             self.t = pause.t;
@@ -126,7 +126,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     }
 
     /// Restarts the internal variables at (t, y) with their current values. If the driving quantities cannot be
-    /// evaluated there, the next step fails.
+    /// evaluated at (t, y), the next step fails.
     pub(super) fn restart_internal_variables(&mut self) {
         if let Some(internal) = &mut self.internal {
             let begun = internal.restart(&mut self.problem, &self.method, self.t, &self.y);

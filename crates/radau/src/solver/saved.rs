@@ -16,10 +16,10 @@ use crate::multipliers::PreviousMultipliers;
 use crate::quadrature::QuadratureState;
 use crate::work::Counters;
 
-/// Complete state of a [`RadauSolver`] that determines its next steps, excluding its problem, settings and functions. A
-/// solver that restores this state, and has the same problem, settings and functions, takes bitwise identical steps if
-/// the same program runs on the same machine. Factors are not stored. They are recomputed at the points where the
-/// Jacobian was evaluated and where pivots were selected.
+/// Complete state that determines the next steps of a [`RadauSolver`], excluding its problem, settings and functions. A
+/// solver with the same problem, settings and functions that restores this state takes bitwise identical steps if the
+/// same program runs on the same machine. Factors are not stored. They are recomputed at the points at which the
+/// Jacobian was evaluated and at which pivots were selected.
 ///
 /// A round trip through JSON is bitwise exact if numbers are written and read exactly (`float_roundtrip` of
 /// `serde_json`).
@@ -43,7 +43,7 @@ pub struct RadauState {
     continues: bool,
     /// State of Newton's method that determines its assumed contraction.
     newton: [f64; 2],
-    /// Whether Newton's corrections with the current matrices have contracted.
+    /// Whether the corrections of Newton's method have contracted with the current matrices.
     #[serde(default)]
     tried_matrices: bool,
     control: StepHistory,
@@ -168,7 +168,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Validates all lengths and values of a state before any of them is used. The state may come from a damaged file.
+    /// Validates all lengths and values of a state before use, because the state may come from a damaged file.
     fn validate(&self, state: &RadauState) -> Result<(), IntegratorError> {
         let (n, stages) = (self.y.len(), self.method.stages());
         expect_length("stages of the state", stages, state.stages)?;

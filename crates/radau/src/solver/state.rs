@@ -25,9 +25,10 @@ use crate::work::Counters;
 
 /// An integration of a [`Problem`](myovib_dae::Problem) by a Radau IIA method with adaptive steps.
 ///
-/// The initial values must be consistent, as for IDAS: the first step rejects values that contradict the equations (see
-/// [`check_start`](myovib_dae::check_start)). For an algebraic variable, ẏ_0 may be 0. Its value affects only the size
-/// and the initial guess of the first step, and the dense output of other variables.
+/// The initial values must be consistent, as for IDAS: the first step rejects values that violate the equations (see
+/// [`check_start`](myovib_dae::check_start)). For an algebraic variable, ẏ_0 may be 0, because its value affects only
+/// the size and the initial guess of the first step. For other variables, ẏ_0 also affects the dense output of this
+/// step.
 ///
 /// After a recoverable error of the residual or the Jacobian, or if a Newton matrix is singular, the step size is
 /// halved. A fatal error is returned. A panic of the problem is not caught.
@@ -49,14 +50,14 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     pub(super) start: Result<(), InconsistentStart>,
     /// Whether the previous steps are ignored: at the start, and after a discontinuity.
     pub(super) fresh: bool,
-    /// Whether the last accepted step was taken as a first step.
+    /// Whether the last accepted step was treated as a first step.
     pub(super) began_afresh: bool,
-    /// Message of the problem when it rejected steps longer than the next one, if it has done so.
+    /// Message of the problem if it rejected longer steps than the next one.
     pub(super) refused: Option<String>,
     /// Whether the last step was repeated near a kink.
     pub(super) near_kink: bool,
     /// End of the first step in which a multiplier of index 2 jumped, and the minimum size of steps before this time.
-    /// After a step that contains the jump has been accepted: the start of this step, and 0.
+    /// After acceptance of a step that contains the jump, this is the start of this step and 0.
     pub(super) jump: Option<[f64; 2]>,
     /// Polynomial of the last accepted step.
     pub(super) collocation: Collocation,
@@ -94,9 +95,9 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     pub(super) roots: Option<Roots<P>>,
     /// Internal variables, which are eliminated from the equations.
     pub(super) internal: Option<EliminatedVariables<P>>,
-    /// Quadratures integrated along with the solution.
+    /// Quadratures integrated together with the solution.
     pub(super) quadrature: Option<Quadrature<P>>,
-    /// `t_out` and the time limit, as passed to the call that accepted the last step.
+    /// `t_out` and the time limit passed to the call that accepted the last step.
     pub(super) time_limits: [f64; 2],
     /// Time within the last step at which the integration pauses.
     pub(super) pause: Option<Pause>,
@@ -132,7 +133,7 @@ pub(super) enum JacobianAge {
     Current,
 }
 
-/// Time within the last step at which the integration pauses. y and ẏ are values of the dense output.
+/// Time within the last step at which the integration pauses, with y and ẏ from the dense output.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Pause {
     pub(super) t: f64,

@@ -14,13 +14,13 @@ use crate::error::RadauError;
 use crate::failure::{Failure, Failures, Rejection};
 use crate::options::StepSize;
 
-/// Maximum number of remaining steps before a time limit for which the remaining time is divided into equal steps.
+/// Number of remaining steps before a time limit below which the remaining time is divided into equal steps.
 const SHARED: f64 = 4.0;
 
-/// If the remaining time is below this fraction of a step, it is attributed to rounding of t.
+/// Fraction of a step below which the remaining time is attributed to rounding of t.
 const SLIVER: f64 = 1e-8;
 
-/// If the ratio of t to the time scale exceeds this value, rounding of t in a few hundred steps may exceed tight
+/// Ratio of t to the time scale above which the effect of rounding t in a few hundred steps may exceed tight
 /// tolerances.
 const LATE: f64 = 1e4;
 
@@ -28,12 +28,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Takes one step toward `t_out`; the error determines the step size.
     ///
     /// `t_out` provides the time scale for the first step. Steps may pass `t_out`, but not the stop time. After a root,
-    /// the call searches the rest of the step for further roots and returns at the end of the step. No memory is
-    /// allocated, except when a step is rejected, pivots are selected again, or a root is found.
+    /// the call searches the rest of the step for further roots and returns at the end of the step. Memory is allocated
+    /// only if a step is rejected, pivots are selected again, or a root is found.
     ///
     /// # Errors
-    /// Returns [`IntegratorError::TimeBehind`](myovib_dae::IntegratorError::TimeBehind) or another error for misuse,
-    /// and [`RadauError::Fatal`] if the problem or the linear algebra returns a fatal error.
+    /// Returns [`IntegratorError::TimeBehind`](myovib_dae::IntegratorError::TimeBehind) or another error for invalid
+    /// calls, and [`RadauError::Fatal`] if the problem or the linear algebra returns a fatal error.
     pub fn step(&mut self, t_out: f64) -> Result<Outcome, RadauError> {
         self.interpolation.active = self.options.dense_output;
         if self.counters.statistics.steps == 0 {
@@ -50,7 +50,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Integrates up to `t_out`, unless a root or the stop time comes first.
     ///
     /// The size of the last step is chosen so that the step ends at `t_out`, because dense output is less accurate than
-    /// the ends of steps. The only exception is a step beyond `t_out` that was interrupted by a root.
+    /// the solution at the ends of steps. The only exception is a step that was paused at a root and ends beyond
+    /// `t_out`.
     ///
     /// # Errors
     /// Returns the same errors as [`step`](RadauSolver::step).
@@ -128,7 +129,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             let Rejection { reason, message, step_factor } = match self.attempt(&mut h, failures) {
                 Ok(proposal) => {
                     self.near_kink = self.may_be_near_kink(h, failures);
-                    // In a longer step, all stages may be beyond a kink.
+                    // The step must not grow after failures, because all stages of a longer step may be beyond a kink.
                     let next = match failures.any() && !self.near_kink {
                         true => proposal.min(h),
                         false => proposal,
@@ -155,7 +156,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 return Ok(self.stop(reason, message));
             }
             if too_many {
-                // The previous steps may be misleading, because the input may be discontinuous.
+                // If the input is discontinuous, the previous steps may give wrong predictions.
                 self.start_afresh();
                 failures.forget_counts();
             }
@@ -179,7 +180,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if self.last_step_jumped() {
             self.start_afresh();
         }
-        // If a step was shortened to meet a limit, the next step may grow by the largest permitted factor.
+        // If a step was shortened to meet a limit, and the proposal grows by the largest permitted factor, the next
+        // step may have the size from before the shortening.
         let next = if h < wanted && proposal >= FACTORS.1 * h {
             proposal.max(wanted)
         } else {
@@ -190,7 +192,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if at_limit { Outcome::StopTime { t } } else { Outcome::StepTaken { t } }
     }
 
-    /// Makes the step just computed, whose end is at `t`, the last step.
+    /// Accepts the step just computed, which ends at `t`, as the last step.
     fn accept(&mut self, h: f64, t: f64) {
         self.predictor.learn(&self.newton.z, self.weights.scaled());
         let is_after_jump = self.last_step_jumped();
@@ -206,7 +208,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             self.collocation.free_start(&self.method, 0..self.y.len());
             self.jump = None;
         } else {
-            // û then equals u at the nodes, which satisfy the algebraic equations.
+            // For algebraic variables, û then equals u, whose values at the nodes satisfy the algebraic equations.
             let algebraic = self.algebraic.iter().copied();
             self.collocation.free_start(&self.method, algebraic);
             let contradicted = self.contradicted_slopes();
@@ -258,9 +260,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         is_adaptive && self.fresh && multipliers.any(is_far)
     }
 
-    /// Returns the variables whose initial derivative contradicts the polynomial of the first step just computed: it
-    /// would change the polynomial by more than the tolerance. The step does not depend on the initial derivatives,
-    /// which may be wrong, and the polynomial without them has been verified.
+    /// Returns the variables whose initial derivative would change the polynomial of the first step just computed by
+    /// more than the tolerance. The initial derivatives may be wrong, because the step does not depend on them, whereas
+    /// the polynomial without them has been verified.
     fn contradicted_slopes(&self) -> Vec<usize> {
         if !self.fresh || self.options.step_size != StepSize::Adaptive {
             return Vec::new();
@@ -305,7 +307,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.control.set_loosened(options.internal_factor(relative));
     }
 
-    /// Returns the step size to be tried after a step of size h. It is h again if this saves a matrix setup.
+    /// Returns the size of the next step after a step of size h. It remains h if this saves a matrix setup.
     pub(super) fn step_size_after(&self, h: f64, proposal: f64) -> f64 {
         let (low, high) = self.options.step_window;
         if self.jacobian == JacobianAge::Old && (low..=high).contains(&(proposal / h)) {
@@ -315,7 +317,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Returns the minimum allowed step size and the name of the bound that determines it.
+    /// Returns the minimum step size and the name of the bound that determines it.
     pub(super) fn shortest_step(&self) -> (f64, &'static str) {
         let rounding = self.rounding_of_t();
         match self.options.min_step > rounding {
@@ -324,7 +326,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Returns a few rounding units of t.
+    /// Returns a few rounding errors of t.
     pub(super) fn rounding_of_t(&self) -> f64 {
         (10.0 * f64::EPSILON * self.t.abs()).max(f64::MIN_POSITIVE)
     }
@@ -333,14 +335,14 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.options.max_step.unwrap_or(f64::INFINITY)
     }
 
-    /// Returns the step size `wanted`, adapted to the remaining time. The last few steps share this time, so that no
-    /// step is much shorter than its predecessor. Otherwise, the remaining residual of the longer step would cause
+    /// Returns the step size `wanted`, adapted to the remaining time. The last few steps share this time equally,
+    /// because in a step much shorter than the previous one, the remaining residual of the longer step would cause
     /// errors of multipliers.
     fn step_size_within(&self, wanted: f64, limit: f64) -> f64 {
         let fixed = matches!(self.options.step_size, StepSize::Fixed(_));
         let left = limit - self.t;
         match left / wanted {
-            // Rounding of t must neither leave a tiny last step nor affect the number of steps that share the remaining
+            // Rounding of t must neither cause a tiny last step nor affect the number of steps that share the remaining
             // time.
             ratio if ratio <= 1.0 + SLIVER => left,
             ratio if ratio < SHARED && !fixed => self.rounded(left / (ratio - SLIVER).ceil()),
@@ -350,9 +352,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Returns a step size near `h` for which t + h is exact, if t is large compared with the time scale. Otherwise,
-    /// the difference between the time and the sum of the steps would be far larger than the tolerances after a large
-    /// t0.
+    /// Returns a step size near `h` for which t + h is exact if t is large compared with the time scale. Without this
+    /// change, the effect of the difference between the time and the sum of the steps would exceed the tolerances.
     pub(super) fn rounded(&self, h: f64) -> f64 {
         match self.t.abs() > LATE * self.options.time_scale {
             true => (self.t + h) - self.t,

@@ -11,38 +11,38 @@ use crate::options::StepSize;
 /// Maximum number of times that a first step is halved or its initial values are corrected.
 const MAX_REPETITIONS: usize = 20;
 
-/// A jump is assumed if the unexplained error of a multiplier of index 2, in units of its tolerance, exceeds this
-/// value. A multiplier may have two digits less than the tolerance. For a smooth solution, the step-size control keeps
+/// Unexplained error of a multiplier of index 2, in units of its tolerance, above which a jump is assumed. Multipliers
+/// may have two correct digits fewer than the tolerance requires. For a smooth solution, the step-size control keeps
 /// the unexplained error below about ten tolerances.
 const UNEXPLAINED: f64 = 30.0;
 
-/// A jump is assumed if the difference between two measurements of the leading error of a multiplier of index 2, in
-/// units of its tolerance, exceeds this value. One measurement is made within the step, the other from the last step.
-/// The leading error of a smooth solution is removed, and may change by several hundred tolerances from step to step.
+/// Difference between two measurements of the leading error of a multiplier of index 2, in units of its tolerance,
+/// above which a jump is assumed. One error is measured within the step, the other one from the last step. The leading
+/// error of a smooth solution is removed, and may change by several hundred tolerances between steps.
 pub(super) const DIFFERENT: f64 = 300.0;
 
 /// Ratio of the sizes of consecutive steps above which an input may act undetected between the stages.
 const FAST_GROWTH: f64 = 2.0;
 
-/// Residual between the stages, in units of the tolerances, that indicates an undetected input. If the solution is
-/// smooth and steps grow fast, the residual is below 1.
+/// Residual between the stages, in units of the tolerances, above which an undetected input is assumed. If the solution
+/// is smooth and steps grow fast, the residual is below 1.
 const UNSEEN: f64 = 10.0;
 
-/// The corresponding value for the maximum of the algebraic variables, which are interpolated with a lower order. It is
-/// the error stated in the guide for algebraic variables.
+/// Corresponding limit for algebraic variables, which are interpolated with a lower order. It is the error of algebraic
+/// variables that the guide states.
 const UNSEEN_BY_ALGEBRAIC: f64 = 100.0;
 
-/// A step that contains a jump is accepted if its size is below this fraction of the rejected step.
+/// Fraction of the first rejected step up to which a step that contains a jump is accepted.
 const SHORTEST: f64 = 1.0 / 4096.0;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Attempts a step of size `h` and returns the size proposed for the next step. Apart from the result, only the
-    /// state of Newton's method and the Jacobian change. At a first step, violations of constraints within the
-    /// tolerances are also removed.
+    /// state of Newton's method and the Jacobian change. In a first step, the initial values are also moved onto
+    /// constraints that they violate by less than the tolerances.
     ///
     /// The size of a first step is halved until its polynomial, evaluated at the middle of the step, agrees with the
     /// end of a step of half the size. This is necessary because the error estimate excludes the error of algebraic
-    /// variables, and because high orders allow first steps longer than the time scale of the input.
+    /// variables, and because high orders allow first steps that are longer than the time scale of the input.
     pub(super) fn attempt(&mut self, h: &mut f64, failures: Failures) -> Result<f64, Failure> {
         if !self.fresh || self.options.step_size != StepSize::Adaptive {
             return self.attempt_once(*h, failures);
@@ -56,7 +56,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             self.control.forget();
             let proposal = self.attempt_once(*h, failures)?;
             let [error, of_index_2] = self.differences(&middle);
-            // If a difference does not decrease, it is caused by rounding.
+            // A difference that does not decrease with h is caused by rounding.
             let is_accurate = error < 1.0 && (of_index_2 < 1.0 || of_index_2 > 0.5 * last);
             if is_accurate && self.is_smooth_within(*h)? {
                 let in_half = in_half.each_ref().map(|of_half| &of_half[..]);
@@ -82,8 +82,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.attempt_once(*h, failures)
     }
 
-    /// Returns the largest differences for variables of index 1 and for variables of index 2, in units of the
-    /// tolerances. The increments `at_middle` are compared with the polynomial of the last solved step at its middle.
+    /// Returns the largest differences between the increments `at_middle` and the polynomial of the step just solved at
+    /// its middle, for variables of index 0 and 1 and for variables of index 2, in units of the tolerances.
     fn differences(&self, at_middle: &[f64]) -> [f64; 2] {
         let n = self.y.len();
         let mut differences: Vec<f64> = at_middle.iter().map(|z| -z).collect();
@@ -119,11 +119,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Rejects a step in which a multiplier of index 2 jumps, because the error estimate does not include the error of
     /// the multiplier.
     ///
-    /// Multipliers of index 2 depend on the derivative of the polynomial. If an input or a characteristic has a kink
-    /// between the stages, multipliers jump and are wrong at the end of the step, although all equations are satisfied
-    /// at the stages. Shorter steps locate the kink. A step that contains the kink is accepted when its size is below
-    /// the fraction [`SHORTEST`] of the rejected step. The errors of its multipliers are not removed, and the next step
-    /// is treated as a first step.
+    /// Multipliers of index 2 depend on the derivative of the polynomial. If an input or a characteristic curve has a
+    /// kink between the stages, multipliers jump and are wrong at the end of the step, although all equations are
+    /// satisfied at the stages. Shorter steps locate the kink. A step that contains the kink is accepted when its size
+    /// is at most the fraction [`SHORTEST`] of the first rejected step. The errors of its multipliers are not removed,
+    /// and the next step is treated as a first step.
     pub(super) fn expect_smooth_multipliers(&mut self, h: f64) -> Result<(), Failure> {
         let (step, last) = (step_of!(self, h), self.collocation.h);
         let tolerance = |i| self.weights.solution_tolerance(i);
@@ -146,12 +146,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }))
     }
 
-    /// Rejects a step of size `h` in which an input acts between the stages. Only steps much longer than the
-    /// last step, or are followed by a much longer `next` step, are tested.
+    /// Rejects a step of size `h` in which an input acts between the stages. Only steps that are much longer than the
+    /// last step, or that would be followed by a much longer `next` step, are tested.
     ///
-    /// At the stages of such steps, the equations seem to be at rest, and the step size would grow beyond the duration
-    /// or the period of the input. If `max_step` is set, it accounts for this duration. Multipliers also limit the
-    /// steps. The caller may disable the test by the option `detect_inputs`.
+    /// If an input acts only between the stages of such steps, the solution seems to be at rest, and the step size
+    /// would grow beyond the duration or the period of the input. The test is omitted if `max_step` is set, because
+    /// this option limits the steps, as multipliers also do. The option `detect_inputs` disables the test.
     pub(super) fn expect_no_unseen_input(&mut self, h: f64, next: f64) -> Result<(), Failure> {
         let is_limited = !self.options.detect_inputs
             || self.options.max_step.is_some()
@@ -163,7 +163,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
         let step = step_of!(self, h);
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
-        // The last step may have been shortened to meet a limit.
+        // The growth is bounded, because the last step may have been shortened to meet a limit.
         let solved = (&self.newton.z[..], &self.kinds[..], grown.min(FACTORS.1));
         let counters = &mut self.counters;
         let test = &mut self.error_test;
@@ -188,8 +188,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Returns whether rounding of multipliers of index 2 is below their tolerances in a step of size `h`. Rounding
-    /// grows as 1/h, so a shorter step would not locate a jump any better.
+    /// Returns whether the rounding errors of multipliers of index 2 are within their tolerances in a step of size `h`.
+    /// If not, a shorter step would not locate a jump more accurately, because rounding errors grow as 1/h.
     pub(super) fn resolves_multipliers(&mut self, h: f64) -> Result<bool, Failure> {
         if !self.multipliers.are_of_index_2() {
             return Ok(true);
@@ -227,7 +227,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             }
         }
         if self.fresh {
-            // After a jump, a difference from the values at the start does not indicate an error.
+            // After a jump, the values at the start are unknown, so the errors measured within the step are always
+            // used.
             let factor = if self.last_step_jumped() { 0.0 } else { DIFFERENT };
             let tolerance = |i| factor * self.weights.solution_tolerance(i);
             self.multipliers.use_within(&self.method, tolerance);
@@ -235,7 +236,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(true)
     }
 
-    /// Returns the largest error beyond `rounding`, in units of the error above which a jump is assumed.
+    /// Returns the largest error beyond `rounding`, in units of the limit above which a jump is assumed.
     fn unexplained(&self, rounding: impl Fn(usize) -> f64) -> f64 {
         let errors = self.multipliers.within(&self.method).map(|within| {
             let i = within.variable;
