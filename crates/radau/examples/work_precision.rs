@@ -1,4 +1,5 @@
-//! Correct digits versus steps on published problems for Radau IIA of all orders and IDAS, as Markdown.
+//! Prints the correct digits versus the steps of Radau IIA of all orders and of IDAS on published problems, as
+//! Markdown.
 //!
 //! ```text
 //! cargo run --release -p myovib-radau --example work_precision
@@ -18,7 +19,7 @@ use myovib_radau::{RadauOptions, RadauSolver};
 
 use sundials_wrap::{IdaOptions, IdaSolver};
 
-/// Reference values from the Test Set for IVP Solvers: chemakzo at t = 180.
+/// Reference values from the Test Set for IVP Solvers: problem chemakzo at t = 180.
 const AKZO: [f64; 6] = [
     0.115_079_492_066_170_2,
     0.001_203_831_471_567_715,
@@ -28,7 +29,7 @@ const AKZO: [f64; 6] = [
     0.004_873_531_310_307_455,
 ];
 
-/// Reference values from the Test Set for IVP Solvers: positions and velocities of caraxis at t = 3.
+/// Reference values from the Test Set for IVP Solvers: positions and velocities of problem caraxis at t = 3.
 const CAR_AXIS: [f64; 8] = [
     0.049_345_578_427_540_28,
     0.496_989_460_230_171_15,
@@ -40,13 +41,13 @@ const CAR_AXIS: [f64; 8] = [
     0.770_341_043_779_251_9,
 ];
 
-/// Reference values from the Test Set for IVP Solvers: vdpolm at t = 2000.
+/// Reference values from the Test Set for IVP Solvers: problem vdpolm at t = 2000.
 const VAN_DER_POL: [f64; 2] = [1.706_167_732_170_469, -0.000_892_809_701_024_812_5];
 
 /// y1 of Robertson's problem at t = 1e11, from data/references/s3_robertson.json.
 const ROBERTSON: f64 = 2.083_340_149_699_905e-8;
 
-/// Solution of the heat equation at t = 0.32 at the corner of the interior, from the matrix exponential.
+/// Solution of the heat equation at t = 0.32 at the corner of the interior, computed by the matrix exponential.
 const HEAT_CORNER: f64 = 0.000_239_855_762_019_495_92;
 
 /// Numbers of stages of the compared methods.
@@ -54,7 +55,7 @@ const STAGES: [usize; 4] = [1, 3, 5, 7];
 const TOLERANCES: [f64; 3] = [1e-4, 1e-6, 1e-8];
 const MAX_STEPS: usize = 100_000;
 
-/// A sample, the scaling of its tolerances, and the function that compares its components.
+/// A sample, the scaling of its tolerances, and a function that compares its components with the reference.
 struct Problem<'a, S> {
     name: &'a str,
     sample: S,
@@ -172,7 +173,7 @@ fn idas<S: Sample + Clone>(
     tol: f64,
 ) -> Result<String, Box<dyn std::error::Error>> {
     let (sample, start) = (&problem.sample, problem.sample.start());
-    // IDAS uses typical settings: multipliers, if any, are excluded from the error test.
+    // IDAS uses typical settings, with multipliers (if any) excluded from the error test.
     let kinds = sample.kinds().unwrap_or_default();
     let algebraic = kinds.contains(&VariableKind::Algebraic);
     let higher_index = sample.indices().unwrap_or_default().iter().any(|&index| index > 1);

@@ -26,7 +26,7 @@ fn steps_allocate_nothing() {
         })
         .build(0.0, &start.y, &start.y_dot)
         .unwrap();
-    // The first steps select the pivots.
+    // Pivots are selected in the first steps.
     solver.step(0.3).unwrap();
     let before = solver.statistics();
     let allocations = allocation_counter::measure(|| {

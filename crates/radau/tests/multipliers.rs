@@ -72,15 +72,15 @@ fn error_of_next_steps(
         let exact = exact_multipliers(index_1, solver.t(), solver.y(), n);
         for (multiplier, exact) in solver.y()[2 * n..].iter().zip(&exact) {
             let error = (multiplier - exact).abs() / (tolerance * (1.0 + exact.abs()));
-            // NaN is treated as larger than every bound.
+            // A NaN is treated as larger than every bound.
             largest = if error <= largest { largest } else { error };
         }
     }
     largest
 }
 
-/// Regression test: in the first steps, multipliers were wrong by up to 1e11 tolerances, because the
-/// constraint divides rounding by h².
+/// Regression test: in the first steps, multipliers were wrong by up to 1e11 tolerances, because the rounding errors of
+/// the constraint are divided by h².
 #[test]
 fn multipliers_are_accurate_from_the_first_step() {
     let mut wrong = Vec::new();

@@ -10,13 +10,13 @@ use sundials_wrap::{IdaOptions, IdaSolver};
 const STAGES: [usize; 3] = [3, 5, 7];
 const TOLERANCES: [f64; 3] = [1e-4, 1e-6, 1e-8];
 
-/// Allowed error in units of the tolerance. The value corresponds to two digits.
+/// Allowed error in units of the tolerance, which corresponds to a loss of two digits.
 const PROMISED: f64 = 100.0;
 
-/// Factor for the tolerance with which IDAS reaches this accuracy.
+/// Factor of the tolerance with which IDAS reaches this accuracy.
 const PART_FOR_BDF: f64 = 0.01;
 
-/// Maximum number of steps of IDAS in one call. For index 3, IDAS might never finish.
+/// Maximum number of steps of IDAS in one call, because IDAS might never finish for index 3.
 const MAX_STEPS: usize = 20_000;
 
 /// Stages and tolerances of two runs that must agree in order to provide a reference.
@@ -33,7 +33,7 @@ pub(crate) fn copies<S: Sample + Clone + 'static>(sample: &S) -> impl Fn() -> Bo
     || Box::new(sample.clone())
 }
 
-/// A problem with its end time, the known results at this time, and the times that steps must not pass.
+/// A problem, its end time, the known results at the end time, and the times that steps must not pass.
 pub(crate) struct Case<'a> {
     pub(crate) name: &'a str,
     pub(crate) sample: Make<'a>,
@@ -95,7 +95,7 @@ fn radau(sample: Make<'_>, stages: usize, tolerance: f64) -> RadauSolver<Box<dyn
     builder.build(start.t, &start.y, &start.y_dot).unwrap()
 }
 
-/// Returns an IDAS solver with typical settings: multipliers, if any, are excluded from the error test.
+/// Returns an IDAS solver with typical settings, with multipliers (if any) excluded from the error test.
 fn idas(sample: Make<'_>, tolerance: f64) -> IdaSolver<Box<dyn Sample>> {
     let sample = sample();
     let start = sample.start();
@@ -121,7 +121,7 @@ fn multipliers(sample: &dyn Sample) -> Vec<bool> {
     variables.map(|(&kind, &index)| kind == VariableKind::Algebraic && index > 1).collect()
 }
 
-/// Integrates to the end, with a stop at each break.
+/// Integrates to the end and stops at each break.
 fn run<I: Integrator<Box<dyn Sample>>>(
     solver: &mut I,
     t_end: f64,
@@ -174,7 +174,7 @@ impl Case<'_> {
         assert!(broken.is_empty(), "{}: {broken:#?}", self.name);
     }
 
-    /// Returns the largest error of all variables or, if `tested`, of all variables except multipliers.
+    /// Returns the largest error of all variables or, if `tested` is true, of all variables except multipliers.
     fn error(&self, y: &[f64], tested: bool) -> f64 {
         let excluded = multipliers(&*(self.sample)());
         let counts = |i: &usize| !(tested && excluded[*i]);

@@ -9,9 +9,9 @@
 //! the variables of index 1, 2 and 3 are −log10 of the largest error relative to 1 + |reference|. The relative and
 //! absolute tolerances are equal.
 //!
-//! Requirement: Radau IIA reaches the end, with at most two digits less than the tolerance in each variable. IDAS
-//! controls the error per step, and errors accumulate over several hundred steps. If IDAS reaches the end, it must meet
-//! the requirement at a hundredth of the tolerance, in each variable included in the error test. Otherwise, its
+//! Requirement: Radau IIA reaches the end, and each variable has at most two correct digits fewer than the tolerance.
+//! IDAS controls the error per step, and errors accumulate over several hundred steps. If IDAS reaches the end, it must
+//! meet the requirement at a hundredth of the tolerance, in each variable included in the error test. Otherwise, its
 //! message must recommend Radau IIA. The results of IDAS at the tolerance itself are only printed; the mark `!` denotes
 //! a successful run that does not meet the requirement.
 #![allow(clippy::unwrap_used)] // a test may panic
@@ -32,7 +32,7 @@ const CONSTRAINED: [(&str, MechanicalForm); 3] = [
     ("stabilized", MechanicalForm::Stabilized),
 ];
 
-/// Tests a mechanism in all forms. The references are solutions of its equations in the form of index 1.
+/// Tests a mechanism in all forms. The references are solutions of the form of index 1.
 fn mechanism<M: Mechanism + Copy + 'static>(name: &str, mechanism: M, t_end: f64) {
     let of = |form| Differentiated::new(Constrained::new(mechanism, form));
     let reference = judge::reference(&copies(&of(MechanicalForm::Index1)), t_end, &[]);

@@ -12,7 +12,7 @@ use myovib_radau::{
 
 use crate::common::{run, solver_of, tolerance};
 
-/// Times at which the misfit uses the solution and its derivative. Some are at the ends of steps, others within steps.
+/// Times at which the misfit uses the solution and its derivative, at the ends of steps and within steps.
 const TIMES: [f64; 4] = [0.0, 0.21, 0.5, 1.0];
 
 fn pendulum() -> Pendulum {
@@ -30,8 +30,8 @@ fn cotangent(n: usize, t: f64, derivative: usize) -> Vec<f64> {
     cotangent
 }
 
-/// Excludes ẏ at the start. The initial slope of the polynomial of the first step is proportional to 1/h or 1/h² and
-/// would dominate all other terms.
+/// Returns the orders of the derivatives in the misfit. At the start, ẏ is excluded, because the initial slope of the
+/// polynomial of the first step is proportional to 1/h or 1/h² and would dominate all other terms.
 fn derivatives(t: f64) -> std::ops::Range<usize> {
     0..if t > 0.0 { 2 } else { 1 }
 }
@@ -46,8 +46,8 @@ fn add(step: &mut Cotangents<'_>, n: usize) {
     }
 }
 
-/// Returns the gradient, computed either from stored stages or from checkpoints, and a record of the stages in the
-/// backward pass.
+/// Returns the gradient, computed from stored stages or from checkpoints, and a record of the stages in the backward
+/// pass.
 fn adjoint<S: ParametricSample + Copy + 'static>(
     sample: S,
     options: RadauOptions,
@@ -72,7 +72,7 @@ fn adjoint<S: ParametricSample + Copy + 'static>(
         }
         Ok(())
     });
-    // The statistics are also restored, except for evaluations required by the restoration.
+    // The statistics are also restored, except for the evaluations that the restoration itself requires.
     assert_eq!(solver.t(), before.t());
     let gradient = gradient.unwrap();
     assert_eq!(adjoint.work().steps, recording.n_steps() as u64);
@@ -85,7 +85,7 @@ fn starts<S: ParametricSample>(sample: S) -> Vec<Vec<f64>> {
     (0..sample.parameters().len()).map(of).collect()
 }
 
-/// Returns the gradient including all contributions of the parameters.
+/// Returns the gradient, including the effect of the parameters on the initial values.
 fn total<S: ParametricSample>(sample: S, gradient: &Gradient) -> Vec<f64> {
     let of = |(start, p): (Vec<f64>, &f64)| {
         let by_start = start.iter().zip(&gradient.start).map(|(s, g)| s * g);
@@ -94,8 +94,8 @@ fn total<S: ParametricSample>(sample: S, gradient: &Gradient) -> Vec<f64> {
     starts(sample).into_iter().zip(&gradient.parameters).map(of).collect()
 }
 
-/// Returns the gradient computed from forward sensitivities. It refers to the parameters (including their effect on the
-/// initial values), or only to the initial value of the unknown `moved`.
+/// Returns the gradient computed from forward sensitivities, with respect to the parameters (including their effect on
+/// the initial values) or only with respect to the initial value of the unknown `moved`.
 fn forward<S: ParametricSample + Copy + 'static>(
     sample: S,
     options: RadauOptions,
@@ -177,7 +177,8 @@ fn compare<S: ParametricSample + Copy + 'static>(
     }
 }
 
-/// For index 2 and 3, rounding is amplified by 1/h and 1/h², so that first steps of 1e-3 do not allow ten digits.
+/// Steps for index 2 and 3. With first steps of 1e-3, ten digits would not be possible, because rounding errors are
+/// amplified by 1/h and 1/h².
 const LONG: StepSize = StepSize::Fixed(0.02);
 
 #[test]
@@ -218,8 +219,8 @@ fn steps_from_checkpoints_are_the_same_bit_by_bit() {
     expect_same(pendulum());
 }
 
-/// Checks that J(p + δ) − J(p) − δ ∂J/∂p decreases as δ². p is the length of a pendulum, and J depends on the first
-/// coordinate at the end of a run with fixed steps, in which Newton's method converges to rounding.
+/// Checks that J(p + δ) − J(p) − δ ∂J/∂p decreases as δ². Here, p is the length of a pendulum, and J depends on the
+/// first coordinate at the end of a run with fixed steps, in which Newton's method converges up to rounding errors.
 #[test]
 fn the_taylor_remainder_has_order_2() {
     let options = || RadauOptions {
@@ -284,14 +285,14 @@ fn integrals_are_summed_over_the_stages() {
         .unwrap();
     let (sin, cos) = (2.0 * omega).sin_cos();
     let slope = cos / (2.0 * omega) - sin / (4.0 * omega * omega);
-    // The stages have the order s + 1, and the quadrature has the order of the method. The bound is about ten
-    // tolerances.
+    // The values at the stages have the order s + 1, and the quadrature has the order of the method. The bound is about
+    // ten tolerances.
     assert!((integral - 0.5 - sin / (4.0 * omega)).abs() < 1e-8);
     assert!((gradient.parameters[0] - slope).abs() < 1e-7);
 }
 
-/// Checks that four times as many steps require twice the memory. Also checks that each step is computed twice, except
-/// for the steps still stored when the run ends.
+/// Checks that four times as many steps require twice the memory, and that each step is computed twice, except for the
+/// steps that are still stored when the run ends.
 #[test]
 fn checkpoints_need_the_memory_of_the_root_of_the_steps() {
     let record = |h: f64, t_end: f64, last: u64| {
@@ -311,11 +312,11 @@ fn checkpoints_need_the_memory_of_the_root_of_the_steps() {
         // The arguments of a step require 40 bytes, in addition to the states.
         recording.n_bytes() - 40 * steps
     };
-    // 16² and 64² steps have 9 and 33 states, with 32 and 128 steps between two of them. At the last step, every other
-    // state was discarded, and half of the stages of previous steps were released.
+    // For 16² and 64² steps, 9 and 33 states are stored, with 32 and 128 steps between two states. At the last step,
+    // every other state was discarded, and half of the stages of previous steps were released.
     let ratio = record(1.0 / 4096.0, 1.0, 0) as f64 / record(1.0 / 256.0, 1.0, 0) as f64;
     assert!((ratio - 4.0).abs() < 0.5, "{ratio}");
-    // 320 and 300 steps, with 32 steps between two states. The last 32 and 12 steps are stored.
+    // For 320 and 300 steps, with 32 steps between two states, the last 32 and 12 steps are stored.
     record(1.0 / 256.0, 1.25, 32);
     record(1.0 / 256.0, 300.0 / 256.0, 12);
 }

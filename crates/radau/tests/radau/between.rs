@@ -9,11 +9,11 @@ use myovib_radau::{RadauOptions, RadauSolver};
 
 use crate::common::{solver, tolerance};
 
-/// Points of a step that differ from the nodes of all methods.
+/// Points within a step that differ from the nodes of all methods.
 const POINTS: [f64; 6] = [0.013, 0.1, 0.35, 0.5, 0.77, 0.95];
 
-/// In the form of index 1, ẏ0 + y0 = 0 and y1 = sin 5t, where y1 does not affect other variables. In the form of index
-/// 2, ẏ0 = y1 and y0 = (1 − cos 5t)/5.
+/// Index 1: ẏ0 + y0 = 0 and y1 = sin 5t, where y1 does not affect other variables. Index 2: ẏ0 = y1 and
+/// y0 = (1 − cos 5t)/5.
 #[derive(Clone, Copy)]
 struct Sine {
     index: u8,
@@ -96,9 +96,10 @@ fn errors(make: Make<'_>, t_end: f64, options: &RadauOptions) -> Vec<[f64; 2]> {
     }
 }
 
-/// Between the ends of steps, the error of a variable is at most twice its error at the ends plus a few tolerances. The
-/// estimate covers the leading term, and the largest observed ratio was 3. Before this estimate limited the steps, the
-/// ratio exceeded 1000. Multipliers of index 3 are not tested, because rounding limits their accuracy at the nodes.
+/// Checks that between the ends of steps, the error of a variable is at most twice its error at the ends plus a few
+/// tolerances. The estimate covers the leading term, and the largest observed ratio was 3. Before the estimate limited
+/// the steps, the ratio exceeded 1000. Multipliers of index 3 are not tested, because rounding limits their accuracy at
+/// the nodes.
 #[test]
 fn dense_output_is_as_accurate_as_the_ends_of_steps() {
     const TOLERANCES: f64 = 4.0;
@@ -131,8 +132,8 @@ fn dense_output_is_as_accurate_as_the_ends_of_steps() {
     assert!(exceeded.is_empty(), "{exceeded:#?}");
 }
 
-/// The first solution of sin 5t = 0.9 is asin(0.9)/5. The error of t is the error of y1 divided by the slope of the
-/// sine.
+/// Compares the time of the first event with the first solution of sin 5t = 0.9, asin(0.9)/5. The error of t is the
+/// error of y1 divided by the slope of the sine.
 #[test]
 fn events_of_algebraic_variables_are_found_where_they_are() {
     for stages in [3, 5, 7] {
@@ -155,8 +156,8 @@ fn events_of_algebraic_variables_are_found_where_they_are() {
     }
 }
 
-/// The error estimate excludes the error of a multiplier that does not affect other variables. Nevertheless, a first
-/// step of half a period is shortened.
+/// Checks that a first step of half a period is shortened, although the error estimate excludes the error of a
+/// multiplier that does not affect other variables.
 #[test]
 fn long_first_steps_are_verified() {
     for stages in [3, 5, 7] {

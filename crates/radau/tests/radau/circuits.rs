@@ -1,5 +1,5 @@
-//! Circuits of index 2 with fast inputs and characteristics with kinks. In successful runs, multipliers must be
-//! accurate.
+//! Circuits of index 2 with fast inputs, and with characteristics that have kinks. In successful runs, multipliers must
+//! be accurate.
 //!
 //! Units are V, mA, µs, nF and kΩ, or multiples of them.
 
@@ -32,7 +32,7 @@ fn above(threshold: f64, x: f64) -> f64 {
     (x - threshold).max(0.0)
 }
 
-/// Equations, and their solution for a given input and its slope.
+/// Equations of a circuit, and their solution for a given input and its slope.
 #[derive(Clone, Copy)]
 pub(crate) struct Circuit {
     pub(crate) name: &'static str,
@@ -153,7 +153,7 @@ pub(crate) const WAVES: [(&str, Wave, f64); 6] = [
     ("fast ramp after a slow one", &[[0.0, 0.0], [1000.0, 1.0], [1001.0, 5.0]], 1000.7),
 ];
 
-/// A circuit, converted to other units of time and of variables of index 2.
+/// A circuit with other units of time and of variables of index 2.
 pub(crate) struct Driven {
     pub(crate) circuit: Circuit,
     pub(crate) wave: Wave,
@@ -202,11 +202,11 @@ impl Problem for Driven {
     }
 }
 
-/// Allowed error of a successful run in units of the tolerance. The value corresponds to two digits.
+/// Allowed error of a successful run in units of the tolerance, which corresponds to a loss of two digits.
 pub(crate) const PROMISED: f64 = 100.0;
 
-/// Start of a run: with the slopes of the input, or at rest. If the run starts at rest and the input begins with a
-/// ramp, the input has a kink at the start.
+/// Start of a run, with the slopes of the input or at rest. At rest, an input that begins with a ramp has a kink at the
+/// start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Start {
     Consistent,
@@ -279,9 +279,9 @@ impl Driven {
 }
 
 /// Regression test: in 536 of these runs, the error of a multiplier at the end exceeded this bound by a factor of up to
-/// 15, because a step passed a kink between its stages. In 5 of them, with a tolerance of 1e-3, the error is still 120
-/// to 750 tolerances. A run may stop only if Newton's method cannot follow the jump of a multiplier across a clamp. The
-/// suggested restart, or the consistent start, must then lead to the end.
+/// 15, because a step passed a kink between its stages. In 5 of these runs, with a tolerance of 1e-3, the error is
+/// still 120 to 750 tolerances. A run may stop only if Newton's method fails at a jump of a multiplier across a clamp.
+/// With the suggested restart, or with the consistent start, the run must then reach the end.
 #[test]
 fn multipliers_of_fast_inputs_are_accurate_or_a_remedy_works() {
     let mut wrong = Vec::new();

@@ -14,7 +14,7 @@ pub(crate) fn reference(name: &str) -> Value {
     serde_json::from_str(&text).expect("the reference file is JSON")
 }
 
-/// Returns the stop with which an integration must have ended. No entry of a correct Jacobian may be called wrong.
+/// Returns the stop with which an integration must have ended. An entry of the Jacobian must not be reported as wrong.
 #[track_caller]
 pub(crate) fn stopped(outcome: Outcome) -> Box<Stop> {
     let stop = stopped_with_any_jacobian(outcome);
@@ -42,7 +42,7 @@ pub(crate) fn tolerance(tol: f64) -> RadauOptions {
     RadauOptions { tolerances: Tolerances::scalar(tol, tol), ..RadauOptions::default() }
 }
 
-/// Returns a builder for a boxed problem. With it, the solver is compiled only once for all problems.
+/// Returns a builder for a boxed problem, so that the solver is compiled only once for all problems.
 pub(crate) fn radau(problem: impl Problem + 'static) -> RadauBuilder<AnyProblem> {
     let problem: AnyProblem = Box::new(problem);
     RadauSolver::builder(problem)
@@ -83,8 +83,8 @@ pub(crate) fn run(
     solver
 }
 
-/// Returns the number of significant correct digits in the mixed sense: −log10 of the largest error relative to 1 +
-/// |reference|.
+/// Returns the number of mixed-error significant correct digits: −log10 of the largest error relative to
+/// 1 + |reference|.
 pub(crate) fn mescd(y: &[f64], reference: &[f64]) -> f64 {
     let errors = y.iter().zip(reference).map(|(y, r)| (y - r).abs() / (1.0 + r.abs()));
     -largest(errors).log10()

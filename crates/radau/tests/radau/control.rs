@@ -7,8 +7,8 @@ use myovib_radau::{RadauOptions, RadauSolver};
 
 use crate::common::{Oscillator, radau, solver, tolerance};
 
-/// Newton's tolerance is the same for user-defined weights and for equivalent tolerances. If it were derived from the
-/// default tolerance, 1e-4, the error would be about a hundred times larger.
+/// Checks that Newton's tolerance is the same for user-defined weights and for equivalent tolerances. If it were
+/// computed from the default tolerance, 1e-4, the error would be about a hundred times as large.
 #[test]
 fn weights_of_a_tolerance_solve_like_the_tolerance() {
     let tol = 1e-8;
@@ -22,7 +22,7 @@ fn weights_of_a_tolerance_solve_like_the_tolerance() {
     by_tolerance.integrate_to(t_end).unwrap();
     let mut by_weights = radau(Oscillator)
         .options(RadauOptions {
-            // One of two circular functions is large, so the relative tolerance determines its weight.
+            // The weights imply a relative tolerance of about `tol`, because sin t or cos t is always large.
             tolerances: Tolerances::scalar(1e-4, 1e-4),
             ..RadauOptions::default()
         })
@@ -41,7 +41,7 @@ fn weights_of_a_tolerance_solve_like_the_tolerance() {
     assert!((steps[0] / steps[1] - 1.0).abs() < 0.2, "{steps:?}");
 }
 
-/// A restart takes a small first step from the current state and does not reduce the accuracy.
+/// Checks that a restart takes a small first step from the current state and does not reduce the accuracy.
 #[test]
 fn a_restart_goes_on_from_where_it_is() {
     let sample = Pendulum::new(MechanicalForm::Index2);

@@ -35,7 +35,7 @@ fn outcome<S: Sample + 'static>(
 /// Compares runs with exact Jacobians and runs with difference quotients, for absolute tolerances larger and smaller
 /// than the variables.
 ///
-/// The errors of single runs vary by a factor of several after any change, and the number of steps by a third.
+/// After any change, the error of a single run may differ by a factor of several, and the number of steps by a third.
 fn compare<S: Sample + Copy + 'static>(name: &str, sample: S, t_end: f64) {
     let tight = Tolerances::scalar(1e-10, 1e-12);
     let (_, reference) = outcome(sample, t_end, &tight, Some(7));
@@ -65,7 +65,7 @@ fn variables_below_their_tolerance_have_correct_jacobians() {
 
 #[test]
 fn difference_quotients_cost_no_steps_and_digits() {
-    // √y2 occurs in F, and y2 is not larger than the largest tolerance.
+    // F contains √y2, and y2 is not larger than the largest tolerance.
     compare("Akzo", Akzo, 180.0);
     compare("heat", Heat2d::new(6), 1.0);
     compare("linear", LinearIndex1, 3.0);

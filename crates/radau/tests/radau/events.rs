@@ -36,7 +36,7 @@ fn root(outcome: Outcome) -> (f64, Vec<i32>) {
     }
 }
 
-/// The test of the IDAS wrapper is the same. x is zero at the start, which does not count as a crossing.
+/// This test is the same as for the IDAS wrapper. At the start, x is zero, which does not count as a crossing.
 #[test]
 fn roots_are_found_in_the_requested_direction() {
     for stages in [3, 5, 7] {
@@ -85,7 +85,7 @@ fn the_pendulum_passes_below_its_pivot_in_time() {
     }
 }
 
-/// x crosses 0.9 twice within 0.9 s, and another function crosses zero in between. All crossings are within one step.
+/// x crosses 0.9 twice within 0.9 s, and another function crosses zero between these crossings, all within one step.
 #[test]
 fn several_events_of_one_step_come_in_their_order() {
     let options = RadauOptions { stages: 7, step_size: StepSize::Fixed(2.5), ..tolerance(1e-9) };

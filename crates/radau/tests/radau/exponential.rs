@@ -1,4 +1,4 @@
-//! Algebraic variables in exponential functions: successful runs satisfy the equations.
+//! Equations with exponential functions of algebraic variables, which successful runs must satisfy.
 
 use myovib_dae::{Outcome, Problem, StepError, Tolerances};
 use myovib_radau::RadauOptions;
@@ -21,8 +21,8 @@ impl Problem for Logarithm {
     }
 }
 
-/// Regression test: the first correction of a step led to large values of y1, where F is almost independent of y1. The
-/// second correction was much smaller, so that Newton's method seemed to converge and the step was accepted.
+/// Regression test: the first correction of a step led to values of y1 at which F is almost independent of y1. As the
+/// second correction was much smaller, Newton's method seemed to converge, and the step was accepted.
 #[test]
 fn accepted_steps_satisfy_an_exponential_equation() {
     for (stages, relative) in [(5, 1e-2), (7, 1e-2), (7, 1e-3), (7, 1e-4)] {

@@ -235,7 +235,7 @@ fn weights_must_be_positive() {
     }
 }
 
-/// If the output time equals the initial time, there is no time scale for the first step.
+/// Checks that `step` rejects an output time equal to the initial time, which provides no time scale.
 #[test]
 fn an_output_time_at_the_start_gives_no_first_step() {
     let start = |t0| {
@@ -287,8 +287,8 @@ fn a_singular_matrix_stops() {
 
 #[test]
 fn a_wrong_jacobian_stops_by_convergence_failures() {
-    // Corrections a hundred times too large diverge for any step size. The inconsistent value ẏ0 = 0 makes a
-    // correction necessary.
+    // Corrections that are a hundred times too large diverge for any step size. A correction is necessary, because
+    // ẏ0 = 0 is inconsistent.
     let problem = Touchy { jacobian_factor: 0.01, ..touchy(|_, _| Ok(0.0)) };
     let mut solver = radau(problem).build(0.0, &[0.0], &[0.0]).unwrap();
     let stop = stopped_with_any_jacobian(solver.step(1.0).unwrap());
@@ -343,8 +343,8 @@ impl Problem for Wall {
     }
 }
 
-/// Short steps before a failure of the residual amplify the rounding of a constraint. Steps in which this rounding
-/// exceeds the tolerance are not accepted.
+/// Checks that steps are not accepted if their rounding errors exceed the tolerance. In short steps before a failure of
+/// the residual, the rounding errors of a constraint are amplified.
 #[test]
 fn the_state_before_a_wall_is_as_accurate_as_any_other() {
     for form in [MechanicalForm::Index3, MechanicalForm::Index2] {
@@ -363,7 +363,7 @@ fn the_state_before_a_wall_is_as_accurate_as_any_other() {
             let exact = pendulum.exact(stop.t).unwrap();
             let errors = (0..4).map(|i| (solver.y()[i] - exact[i]).abs());
             let error = errors.fold(0.0, f64::max);
-            // The error of a successful run may be 100 times the tolerance (two digits).
+            // The error of a successful run may be 100 times the tolerance.
             assert!(error < 100.0 * tolerance, "{form:?}, {stages} stages: {error:e}");
         }
     }

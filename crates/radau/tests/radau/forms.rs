@@ -29,7 +29,7 @@ fn samples(form: MechanicalForm) -> Vec<Box<dyn Sample>> {
     ]
 }
 
-/// Returns a point near the start at which no entry of the Jacobian happens to be zero.
+/// Returns a point near the start at which no entry of the Jacobian is zero by coincidence.
 fn near_start(sample: &dyn Sample) -> [Vec<f64>; 2] {
     let start = sample.start();
     let moved = |x: Vec<f64>, phase: f64| -> Vec<f64> {
@@ -41,7 +41,7 @@ fn near_start(sample: &dyn Sample) -> [Vec<f64>; 2] {
 }
 
 /// Returns the smallest singular value of the matrix of derivatives with respect to ẏ of differential variables and y
-/// of algebraic variables. Rows and columns are scaled to 1. The singular value is zero if the index is above 1.
+/// of algebraic variables, with rows and columns scaled to 1. It is zero if the index is above 1.
 fn regularity(sample: &mut dyn Sample, [y, y_dot]: &[Vec<f64>; 2]) -> f64 {
     let n = sample.n_unknowns();
     let kinds = sample.kinds().unwrap();
@@ -75,7 +75,7 @@ fn forms_have_the_index_that_they_state() {
         for (k, mut sample) in samples(form).into_iter().enumerate() {
             let at = near_start(&*sample);
             let smallest = regularity(&mut *sample, &at);
-            // For a singular matrix, the computed value is a rounding error of about 1e-16.
+            // For a singular matrix, the computed value consists of rounding errors of about 1e-16.
             let is_regular = smallest > 1e-8;
             let is_of_index_1 = sample.indices().unwrap().iter().all(|&index| index <= 1);
             assert_eq!(is_regular, is_of_index_1, "{k}, {form:?}: {smallest:e}");
@@ -91,7 +91,8 @@ fn jacobians_of_all_forms_are_derivatives() {
             let direction: Vec<f64> = y.iter().map(|y| 0.1 * (1.0 + y.abs())).collect();
             let at = [&y[..], &y_dot[..], &direction[..]];
             let error = jacobian_error(&mut *sample, 0.3, at, [1.3, 0.7]);
-            // The error of central differences is (1e-5)²/6 times third derivatives, plus rounding of 1e-16/1e-5.
+            // The error of central differences is (1e-5)²/6 times a third derivative, plus rounding errors of
+            // 1e-16/1e-5.
             assert!(error < 1e-7, "{k}, {form:?}: {error:e}");
         }
     }

@@ -1,5 +1,5 @@
-//! Generated DAEs with closed-form solutions, in random units, integrated by all methods. The tests check errors at the
-//! ends of steps and between them, and the times of events.
+//! Generated DAEs with closed-form solutions in random units, integrated by all methods. The tests check the errors at
+//! the ends of steps and between them, and the times of events.
 
 use myovib_dae::{
     Direction, Integrator, Outcome, Problem, StepError, Suppressed, Tolerances, VariableKind,
@@ -26,7 +26,7 @@ struct Plain {
 struct Draw(u64);
 
 impl Draw {
-    /// Returns the number with index k of an additive recurrence.
+    /// Returns number k of an additive recurrence.
     fn get(&self, k: u64) -> f64 {
         (self.0 as f64 * 0.618_033_988_749_894_9 + k as f64 * 0.414_213_562_373_095_1).fract()
     }
@@ -58,7 +58,7 @@ fn fully_implicit(draw: &Draw) -> Plain {
     }
 }
 
-/// The equations ẋ = −k z and z² = x of a tank, nearly empty at the end.
+/// The equations ẋ = −k z and z² = x of a tank that is nearly empty at the end.
 fn tank(draw: &Draw) -> Plain {
     let (k, level) = (draw.between(0, 0.5, 2.0), draw.between(1, 0.5, 2.0));
     let root = move |t: f64| level.sqrt() - 0.5 * k * t;
@@ -118,7 +118,7 @@ fn diode(draw: &Draw) -> Plain {
     }
 }
 
-/// The equations ẋ + x = v(τ), z = v − x, where the voltage v rises from 0 to 1 between two times.
+/// The equations ẋ + x = v(τ) and z = v − x, in which the voltage v rises from 0 to 1 between two times.
 fn ramp(draw: &Draw) -> Plain {
     let (from, time) = (draw.between(0, 0.5, 1.5), draw.between(1, 0.1, 1.0));
     let to = from + time;
@@ -160,7 +160,7 @@ fn stiff(draw: &Draw) -> Plain {
     }
 }
 
-/// The equation ẋ = z − x with the constraint x = g of index 2, and ẏ = x − k y, where g = 2 + sin ωτ.
+/// The equations ẋ = z − x and ẏ = x − k y with the constraint x = g of index 2, where g = 2 + sin ωτ.
 fn servo(draw: &Draw) -> Plain {
     let (omega, k) = (draw.between(0, 1.0, 4.0), draw.between(1, 0.5, 3.0));
     let size = k * k + omega * omega;
@@ -288,8 +288,8 @@ impl Problem for Generated {
 }
 
 /// Returns the largest error of a variable at and between the ends of steps, in units of the tolerance, or the message
-/// of a stop. Variables with an index above `highest` are not compared. The error of dense output of multipliers of
-/// index 3 is not controlled, so these multipliers are compared only at the ends of steps.
+/// of a stop. Variables with an index above `highest` are not compared. Multipliers of index 3 are compared only at the
+/// ends of steps, because the error of their dense output is not controlled.
 fn largest_error<I: Integrator<Generated>>(
     mut solver: I,
     exact: &Generated,
@@ -306,7 +306,7 @@ fn largest_error<I: Integrator<Generated>>(
         }
         if let Outcome::Root { t, .. } = outcome {
             events += 1;
-            // The search for roots ends at a few hundred rounding units of the time.
+            // The search for roots ends at a few hundred rounding errors of the time.
             if (t / exact.end() - 0.6).abs() > 1e-12 {
                 return Err(format!("event at {t:e} instead of {:e}", 0.6 * exact.end()));
             }
@@ -319,13 +319,13 @@ fn largest_error<I: Integrator<Generated>>(
             let [solution, _] = exact.exact(t);
             let highest = if theta < 1.0 { highest.min(2) } else { highest };
             for i in (0..n).filter(|&i| exact.plain.indices[i] <= highest) {
-                // Constraints amplify rounding by a power of the time scale divided by the step size.
+                // Constraints amplify rounding errors by a power of the ratio of the time scale to the step size.
                 let amplified =
                     (exact.time / (to - from)).powi(i32::from(exact.plain.indices[i]) - 1);
                 let relative = tolerance + f64::EPSILON * amplified.max(1.0);
                 let allowed = relative * (exact.units[i] + solution[i].abs());
                 let error = (y[i] - solution[i]).abs() / allowed;
-                // NaN is treated as larger than every bound.
+                // A NaN is treated as larger than every bound.
                 largest = if error > largest || error.is_nan() { error } else { largest };
             }
         }
@@ -382,9 +382,9 @@ fn promised(stages: usize) -> f64 {
     if stages == 0 { 1000.0 } else { 100.0 }
 }
 
-/// Checks the errors of successful runs. At most one run in 20 may stop. Two kinds of stops are known: for index 2 with
-/// a time unit of 1e12, Newton's method does not converge, and in the cubic equation, Radau IIA of order 13 mistakes
-/// the change of ẏ for another root.
+/// Checks the errors of successful runs. At most one run in 20 may stop. Two reasons for stops are known: Newton's
+/// method does not converge for index 2 with a time unit of 1e12, and for the cubic equation, Radau IIA of order 13
+/// attributes the change of ẏ to another root.
 #[test]
 fn generated_equations_are_solved_accurately() {
     let (mut wrong, mut stops, mut runs) = (Vec::new(), Vec::new(), 0);
@@ -394,7 +394,7 @@ fn generated_equations_are_solved_accurately() {
             let is_of_index_3 = make().plain.indices.contains(&3);
             for stages in METHODS {
                 if stages == 0 && is_of_index_3 {
-                    // The manual recommends Radau IIA.
+                    // In this case, the manual recommends Radau IIA.
                     continue;
                 }
                 for tolerance in [1e-4, 1e-6, 1e-8] {

@@ -1,4 +1,4 @@
-//! Fully implicit equations, and solutions that start like square roots. Successful runs must be accurate.
+//! Fully implicit equations, and solutions that begin like a square root. Successful runs must be accurate.
 
 use myovib_dae::{Outcome, Problem, StepError, Tolerances};
 use myovib_radau::RadauOptions;
@@ -8,7 +8,7 @@ use crate::common::radau;
 /// Function that writes F(t, y, ẏ) to the last argument.
 type Residual = fn(f64, &[f64], &[f64], &mut [f64]);
 
-/// An equation and its exact solution, which consists of y and ẏ at t.
+/// An equation, and its exact solution as a function that returns y and ẏ at t.
 struct Case {
     name: &'static str,
     span: [f64; 2],
@@ -215,8 +215,8 @@ fn error(case: &Case, stages: usize, tolerance: f64) -> Option<f64> {
     }
 }
 
-/// If the tolerance is above the initial value of a root, both of its branches satisfy the equations, so a run may
-/// stop. At small tolerances, every run must succeed.
+/// Checks that successful runs are accurate. If the initial value of a square root is below the tolerance, both of its
+/// branches satisfy the equations, so a run may stop. At small tolerances, every run must succeed.
 #[test]
 fn successful_runs_are_accurate() {
     let mut wrong = Vec::new();

@@ -1,4 +1,4 @@
-//! Compares internal variables eliminated by the integrator with internal variables among the unknowns.
+//! Compares runs with internal variables that the integrator eliminates and runs with these variables as unknowns.
 
 use std::ops::{Div, Mul};
 
@@ -19,8 +19,8 @@ fn driving(u: f64) -> [f64; 2] {
     [20.0 * (u + u.powi(3)), 20.0 * (1.0 + 3.0 * u * u)]
 }
 
-/// Oscillator u̇ = v, v̇ + s(u) + Σ (g s(u) − q) = 30 sin 4t with internal variables q. These are either unknowns,
-/// stored after u and v, or eliminated. If they are eliminated, the sum is the response.
+/// Oscillator u̇ = v, v̇ + s(u) + Σ (g s(u) − q) = 30 sin 4t with internal variables q. These variables are either
+/// unknowns, stored after u and v, or eliminated, in which case the sum is the response.
 struct Oscillator {
     response: Option<[f64; 1]>,
     u: f64,
@@ -176,8 +176,8 @@ fn eliminated_states_are_those_among_the_unknowns_over_restarts() {
         let (state, roots) = end(eliminated(stages, tol), 3.0);
         assert!(roots > 2, "{roots}");
         for (i, (found, exact)) in state.iter().zip(full.y()).enumerate() {
-            // Errors accumulate over several hundred steps. If a state were truncated at a wrong time, its error would
-            // be 1e-3.
+            // Errors accumulate over several hundred steps. If a step were truncated at a wrong time, the error of a
+            // state would be 1e-3.
             let error = (found - exact).abs() / tol;
             assert!(error < 1e3, "s = {stages}, {i}: {found} {exact}, {error:e} tolerances");
         }

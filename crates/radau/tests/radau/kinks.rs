@@ -113,9 +113,9 @@ fn run(rectifier: Rectifier, stages: usize, tol: f64) -> Option<f64> {
     matches!(outcome, Outcome::Reached { .. }).then(|| solver.y()[0])
 }
 
-/// Regression test: with a Jacobian of the other branch, second corrections were tiny, so that the contraction seemed
-/// to be fast. Errors of successful runs were up to 17 000 tolerances. The bound for smooth circuits is ten times
-/// tighter: at loose tolerances, the error test may miss a kink between the stages.
+/// Regression test: with a Jacobian of the other branch, the second correction was tiny, so that convergence seemed to
+/// be fast. Errors of successful runs were up to 17 000 tolerances. The bound is ten times the bound for smooth
+/// circuits, because at loose tolerances, the error test may miss a kink between the stages.
 #[test]
 fn successful_runs_with_ideal_diodes_are_accurate() {
     let mut successes = 0;

@@ -40,7 +40,7 @@ fn steps_stay_below_the_largest() {
             solver.set_stop_time(t_out).unwrap();
             solver.step(t_out).unwrap();
             let stats = solver.statistics();
-            // The last step may be longer by a remainder, a fraction of up to 1e-8.
+            // The last step may be longer by a relative remainder of up to 1e-8.
             assert!(stats.last_step <= 0.01 * (1.0 + 1e-8), "{stats:?}");
             assert!(stats.current_step <= 0.01, "{stats:?}");
         }

@@ -1,4 +1,4 @@
-//! Tests of the integrator on published problems: orders, digits, failures.
+//! Tests of the integrator, including its orders, its accuracy on published problems, and its failures.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod adjoint;

@@ -218,8 +218,8 @@ fn invalid_internal_variables_are_rejected() {
     }
 }
 
-/// Damages each array and each number of a JSON value, one at a time. Calls `check` with the path of the damage and the
-/// damaged value.
+/// Damages each array and each number of a JSON value, one at a time, and calls `check` with the path of the damage and
+/// the damaged value.
 fn damaged(value: &Value, check: &mut dyn FnMut(&str, &Value)) {
     fn paths(value: &Value, at: &str, found: &mut Vec<String>) {
         match value {
@@ -260,7 +260,7 @@ fn damaged(value: &Value, check: &mut dyn FnMut(&str, &Value)) {
     }
 }
 
-/// Regression test: if a saved vector was too short by one number, it caused a panic or was accepted.
+/// Regression test: a saved vector that was too short by one number caused a panic or was accepted.
 #[test]
 fn a_damaged_state_never_ends_in_a_panic() {
     let sample = Pendulum::new(MechanicalForm::Index2);
@@ -294,7 +294,7 @@ fn a_damaged_state_never_ends_in_a_panic() {
             }
         }
     });
-    // Each of these is both shortened and lengthened: y, ẏ, three vectors of the last step, multipliers, and three
-    // vectors of each Jacobian.
+    // Nine vectors are each shortened and lengthened: y, ẏ, three vectors of the last step, the multipliers, and three
+    // vectors of a Jacobian.
     assert!(refused_lengths >= 2 * 9, "{refused_lengths} of {checked}");
 }

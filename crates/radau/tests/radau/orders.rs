@@ -1,4 +1,4 @@
-//! Observed orders of convergence with fixed steps, including dense output (shared cases S4).
+//! Observed orders of convergence with fixed steps, including the orders of dense output (shared cases S4).
 
 use myovib_conformance::samples::{JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Sample};
 use myovib_dae::IntegratorError::{NoDenseOutput, WrongLength};
@@ -8,7 +8,7 @@ use myovib_radau::{IndexScaling, RadauError, RadauOptions, StepSize};
 use crate::common::{Oscillator, radau, run, solver};
 use crate::failures::well_behaved;
 
-/// Returns options with fixed steps, for which Newton's method converges to rounding.
+/// Returns options with fixed steps, in which Newton's method converges up to rounding errors.
 fn fixed(h: f64) -> RadauOptions {
     RadauOptions {
         tolerances: Tolerances::scalar(1e-12, 1e-12),
@@ -34,8 +34,8 @@ fn orders(errors: impl Fn(f64) -> Vec<f64>, n: f64) -> Vec<f64> {
     coarse.iter().zip(fine).map(|(coarse, fine)| (coarse / fine).log2()).collect()
 }
 
-/// The difference between the observed order and the limiting order is halved if the step sizes are halved. The
-/// tolerance of ±0.25 is valid for the chosen steps, whose errors are far above rounding.
+/// Compares orders with a tolerance of ±0.25. If the step sizes are halved, the difference between the observed order
+/// and the limiting order is halved. The errors for the chosen step sizes are much larger than rounding errors.
 fn assert_orders(observed: &[f64], expected: &[f64]) {
     println!("{observed:.2?}");
     for (i, (observed, expected)) in observed.iter().zip(expected).enumerate() {
@@ -66,7 +66,7 @@ fn an_ode_has_the_order_of_the_method() {
     }
 }
 
-/// With collocation alone, the multiplier has order 3; its leading error is removed.
+/// The multiplier has order 3 with collocation alone, and order 4 after removal of the leading error.
 #[test]
 fn jay_index_2_has_orders_5_and_4() {
     for n in [20.0, 40.0] {
@@ -75,7 +75,7 @@ fn jay_index_2_has_orders_5_and_4() {
     }
 }
 
-/// With collocation alone, the multiplier has order 2; its leading error is removed.
+/// The multiplier has order 2 with collocation alone, and order 3 after removal of the leading error.
 #[test]
 fn pendulum_index_3_has_orders_5_and_3() {
     let pendulum = Pendulum::new(MechanicalForm::Index3);
@@ -88,15 +88,15 @@ fn pendulum_index_3_has_orders_5_and_3() {
     }
 }
 
-/// Velocities have order s. Multipliers have order s + 1 for index 2 and s for index 3. Variables of order 2s − 1 are
-/// exact with these steps.
+/// Velocities have order s, and multipliers have order s + 1 for index 2 and s for index 3. Variables of order 2s − 1
+/// are exact up to rounding errors with these steps.
 #[test]
 fn five_stages_have_orders_6_and_5_in_higher_index() {
     let five = |n: f64| RadauOptions { stages: 5, ..fixed(1.0 / n) };
     let jay = |n: f64| errors(JayIndex2, 1.0, five(n))[2..].to_vec();
     assert_orders(&orders(jay, 16.0), &[6.0]);
     let pendulum = Pendulum::new(MechanicalForm::Index3);
-    // Rounding of λ prevents Newton's method from reaching the tolerance of 3e-15 in `fixed`.
+    // Because of rounding errors of λ, Newton's method cannot reach the tolerance of 3e-15 in `fixed`.
     let pendulum = |n: f64| {
         let options = RadauOptions { newton_tolerance: Some(0.1), ..five(n) };
         errors(pendulum, 1.0, options)[2..].to_vec()
@@ -167,13 +167,13 @@ fn dense_output_joins_steps_with_a_continuous_derivative() {
         solver.dense_output(solver.t() - 0.05, 1, end).unwrap();
         // Only differential variables are compared.
         for (a, b) in end.iter().zip(&before).take(2) {
-            // The bound covers rounding, divided by h and amplified by the derivatives of the basis.
+            // The bound covers rounding errors divided by h and amplified by the derivatives of the basis polynomials.
             assert!((a - b).abs() < 1e-12 * (1.0 + b.abs()), "{a} {b}");
         }
     }
 }
 
-/// In Jay's problem, z is algebraic. ż does not occur in the equations, so it may be 0 at the start.
+/// In Jay's problem, z is algebraic. As ż does not occur in the equations, it may be 0 at the start.
 #[test]
 fn dense_output_of_the_first_step_needs_no_derivative_of_algebraic_variables() {
     let errors = |n: f64| {

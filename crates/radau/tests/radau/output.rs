@@ -37,8 +37,8 @@ fn run<P: Problem + 'static>(
     None
 }
 
-/// Regression test: after a kink, the rounding errors of multipliers, divided by the short steps that had located the
-/// kink, limited the next steps. With dense output, 80 of these runs did not reach the end.
+/// Regression test: after a kink, the next steps were limited by rounding errors of multipliers, which were divided by
+/// the sizes of the short steps at the kink. With dense output, 80 of these runs did not reach the end.
 #[test]
 fn output_does_not_prevent_success() {
     let mut attempts = [0; 2];
@@ -72,8 +72,8 @@ fn output_does_not_prevent_success() {
     assert!(attempts[1] < 2 * attempts[0], "{attempts:?}");
 }
 
-/// Regression test: at a tolerance near the rounding of y, rounding of the output between the ends of steps exceeded
-/// the tolerance for any step size, and these runs stopped.
+/// Regression test: at a tolerance near the rounding error of y, rounding errors of the output between the ends of
+/// steps exceeded the tolerance for any step size, and these runs stopped.
 #[test]
 fn rounding_between_steps_does_not_prevent_output() {
     for stages in [5, 7] {
@@ -129,8 +129,8 @@ fn output_after_a_restart_does_not_depend_on_earlier_values() {
     }
 }
 
-/// Regression test: t + h was rounded, but h was not. If a run started at a time in seconds since 1970, the solution of
-/// an autonomous problem was wrong by thousands of tolerances.
+/// Regression test: t + h was rounded, but h was not. In a run that started at a time in seconds since 1970, the
+/// solution of an autonomous problem was wrong by thousands of tolerances.
 #[test]
 fn steps_are_exact_differences_of_times() {
     let tol = 1e-6;
@@ -147,7 +147,7 @@ fn steps_are_exact_differences_of_times() {
                 let outcome = solver.step(t0 + 5.0).unwrap();
                 assert!(!matches!(outcome, Outcome::Stopped(_)), "{outcome:?}");
                 let [from, to] = solver.last_step_interval();
-                // Times near 0 have fractions that are lost when t + h is rounded.
+                // In runs from 0, step sizes are not rounded.
                 assert!(t0 == 0.0 || solver.statistics().last_step == to - from);
                 checked += 1;
             }
@@ -165,8 +165,8 @@ fn steps_are_exact_differences_of_times() {
     }
 }
 
-/// Regression test: after a late start, a first step was halved to 0 if an input changed within the rounding of the
-/// time.
+/// Regression test: after a late start, a first step was halved to 0 if an input changed within the rounding error of
+/// the time.
 #[test]
 fn first_steps_are_not_halved_below_the_rounding_of_times() {
     struct Noise;

@@ -1,7 +1,7 @@
-//! Digits with adaptive steps, compared with exact and published solutions.
+//! Correct digits in runs with adaptive steps, compared with exact and published solutions.
 //!
-//! The expected steps and digits are the results of the first runs of this code (November 2026). The error of a single
-//! run varies by a factor of several after any change. Therefore, half a digit less and ten percent more steps are
+//! The expected numbers of steps and digits are from the first runs of this code (November 2026). After any change, the
+//! error of a single run may differ by a factor of several. Therefore, half a digit less and ten percent more steps are
 //! accepted.
 
 use std::ops::Range;
@@ -71,14 +71,14 @@ fn pendulum_of_index_3() {
     for (components, expected) in
         [(0..2, (734.0, 10.8)), (2..4, (734.0, 8.3)), (4..5, (734.0, 7.0))]
     {
-        // Velocities have only order 3, and so do multipliers, whose leading error is removed. Their accuracy, two
-        // digits less than the tolerance, determines the number of steps. For positions, 408 steps would be sufficient.
+        // Velocities and multipliers (after removal of the leading error) have only order 3. Their accuracy, two digits
+        // fewer than the tolerance, determines the number of steps. For positions, 408 steps would be sufficient.
         assert_run(EIGHT, digits(sample, 2.0, &exact, components, EIGHT), expected);
     }
 }
 
-/// The long steps of high order are limited by Newton's method, because the pendulum starts at rest, and by Newton's
-/// tolerance.
+/// At high order, the long steps are limited by the convergence of Newton's method, because the pendulum starts at
+/// rest, and by Newton's tolerance.
 #[test]
 fn pendulum_of_index_3_at_high_order() {
     let sample = Pendulum::new(MechanicalForm::Index3);
@@ -149,7 +149,7 @@ fn robertson() {
     }
 }
 
-/// Compares the counters with those of RADAU5 for van der Pol's equation, scaled to the time of its slow part,
+/// Compares the counters with the counters of RADAU5 for van der Pol's equation, scaled to the time of its slow part,
 ///
 /// ```text
 /// ẏ1 = y2,  ε ẏ2 = (1 − y1²) y2 − y1,  ε = 1e-6,  y(0) = (2, −0.66),  t ≤ 2.
@@ -177,7 +177,8 @@ fn counters_of_radau5() {
         // The codes repeat steps under different conditions; see the notes on the method.
         assert!((count as f64 / theirs - 1.0).abs() < 0.1, "{ours:?}");
     }
-    // If the estimate has grown by a factor of ten, this code compares it with the tolerance for the solution.
+    // Unlike RADAU5, this code compares an estimate that has grown by a factor of ten with the tolerance for the
+    // solution.
     assert!(ours.error_test_failures <= 2 * 8, "{ours:?}");
     // The errors of the two codes are below the tolerance.
     let theirs = [1.706163410178079, -8.927971289301175e-1];

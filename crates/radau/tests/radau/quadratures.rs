@@ -1,4 +1,5 @@
-//! Quadratures along with the solution: order of convergence, and continuation from a saved state and after a root.
+//! Quadratures integrated together with the solution: order of convergence, and continuation from a saved state and
+//! after a root.
 
 use myovib_conformance::AnyProblem;
 use myovib_conformance::samples::{JayIndex2, Sample};
@@ -57,7 +58,7 @@ fn quadratures_have_the_order_of_the_method() {
             [(q[0] - exact(solver.t())).abs(), within]
         });
         let order = |k: usize| (errors[0][k] / errors[1][k]).log2();
-        // With long steps, the observed order is accurate to a tenth.
+        // With long steps, the observed order differs by up to a tenth.
         let (method, s) = (2.0 * stages as f64 - 1.0, stages as f64);
         println!("s = {stages}: {:.2} {:.2} {errors:?}", order(0), order(1));
         assert!(order(0) > 0.9 * method, "s = {stages}: {}", order(0));
@@ -84,11 +85,12 @@ fn integrals_of_multipliers_use_their_output_values() {
     solver.quadrature(&mut q).unwrap();
     let exact = 0.5 * 2.0_f64.exp();
     let off = (solver.y()[2] - 2.0 * exact).abs();
-    // The error is at most the error of the multiplier at the end, or the tolerance, times the unit of time.
+    // The error is at most the error of the multiplier at the end or the tolerance, times the time of 1.
     assert!((q[0] - exact).abs() < off.max(1e-5), "{q:?} {exact}, z {off:e}");
 }
 
-/// Quadratures are saved bitwise with the state. They continue after a root, and after a restart at a root.
+/// Checks that quadratures are saved bitwise with the state, and that they continue after a root and after a restart at
+/// a root.
 #[test]
 fn quadratures_go_on_from_saved_states_and_from_roots() {
     let options =

@@ -122,7 +122,8 @@ fn for_an_index_above_that_of_bdf_lower_indices_and_radau_work() {
     assert_eq!(by_bdf(MechanicalForm::Index1), REACHED);
 }
 
-/// At a restart, whose values are not checked, positions violate the constraint by many tolerances.
+/// Restarts with positions that violate the constraint by many tolerances, because the values at a restart are not
+/// checked.
 #[test]
 fn initial_values_off_a_constraint_are_corrected() {
     let restarted = |are_stated, off| {
@@ -148,7 +149,7 @@ fn initial_values_off_a_constraint_are_corrected() {
 /// Error of the position.
 const OFF: f64 = 1e-3;
 
-/// The pendulum of index 3 fails if all its variables have equal weights.
+/// Integrates the pendulum of index 3, which fails if all variables have equal weights.
 #[test]
 fn indices_are_stated() {
     let mut silent = pendulum(StatedPendulum::new(false, false), tolerance(1e-8));
@@ -158,7 +159,7 @@ fn indices_are_stated() {
     assert_eq!(stated.integrate_to(2.0).unwrap(), REACHED);
 }
 
-/// If the step size has a lower limit, the steps cannot resolve a jump of the input.
+/// Limits the step size from below, so that the steps cannot resolve a jump of the input.
 #[test]
 fn a_jump_is_a_time_to_restart_at() {
     let options = |tol| RadauOptions { min_step: 1e-3, ..tolerance(tol) };
@@ -178,8 +179,8 @@ fn a_jump_is_a_time_to_restart_at() {
     assert_eq!(started(1e-2).integrate_to(2.0).unwrap(), REACHED);
 }
 
-/// In multipliers of index 3, errors of positions are divided by the square of the step size. Therefore, a lower limit
-/// of the step size limits the accuracy of these multipliers.
+/// Limits the step size from below. This limits the accuracy of multipliers of index 3, in which errors of positions
+/// are divided by the square of the step size.
 #[test]
 fn looser_tolerances_of_multipliers_permit_longer_steps() {
     // Factors for the tolerances of all variables, of velocities and of multipliers.

@@ -1,4 +1,4 @@
-//! Checks that a solver that continues from a saved state takes the same steps as the original solver.
+//! Checks that a solver continuing from a saved state takes the same steps as the original solver.
 
 use myovib_conformance::samples::{
     CapacitorLoop, CarAxis, Differentiated, Heat2d, JayIndex2, LinearIndex1, MechanicalForm,
@@ -10,7 +10,8 @@ use myovib_radau::{RadauError, RadauOptions, RadauState};
 
 use crate::common::{WithoutJacobian, solver, tolerance};
 
-/// Returns the numbers of the steps at which the state is saved: (i × the golden ratio) modulo the number of steps.
+/// Returns the numbers of the steps at which the state is saved, multiples of a large integer modulo the number of
+/// steps.
 fn places(steps: u64) -> Vec<u64> {
     (1..=5).map(|i| (i * 2_654_435_761) % steps).collect()
 }

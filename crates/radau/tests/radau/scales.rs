@@ -63,7 +63,7 @@ fn steps_do_not_depend_on_the_unit_of_time() {
             assert_eq!(solver.integrate_to(end).unwrap(), Outcome::Reached { t: end });
             solver.statistics().steps as f64
         });
-        // Only rounding differs; it may change up to 4 of 60 steps.
+        // The runs differ only by rounding errors, which may change the number of 60 steps by up to 4.
         for &number in &steps {
             assert!(
                 (number / steps[0] - 1.0).abs() < 0.1,
@@ -73,8 +73,8 @@ fn steps_do_not_depend_on_the_unit_of_time() {
     }
 }
 
-/// A half-wave rectifier for 50 Hz with RC = 0.1 s. Its diode conducts for 2 ms of each period. During the rest of the
-/// period, only the decay of the voltage is visible.
+/// A half-wave rectifier for 50 Hz with RC = 0.1 s. The diode conducts for 2 ms of each period. During the rest of the
+/// period, only the voltage decays.
 struct Rectifier;
 
 impl Problem for Rectifier {
@@ -91,8 +91,8 @@ impl Problem for Rectifier {
     }
 }
 
-/// The same rectifier with a resistor of 10 Ω in series. The voltage of the diode is algebraic. If a step contains a
-/// conduction, the interpolated voltage may remain negative within the step.
+/// The same rectifier with a resistor of 10 Ω in series. The voltage of the diode is algebraic. Although the diode
+/// conducts during a step, the interpolated voltage may remain negative.
 struct RectifierWithResistor;
 
 impl Problem for RectifierWithResistor {
@@ -109,7 +109,8 @@ impl Problem for RectifierWithResistor {
     }
 }
 
-/// Regression test: the last step skipped a conduction. The reference was computed with SciPy's LSODA and Radau.
+/// Regression test: the last step skipped an interval in which the diode conducts. The reference was computed with
+/// SciPy's LSODA and Radau.
 #[test]
 fn no_conduction_through_a_resistor_is_skipped() {
     let rate = 1e3 * std::f64::consts::PI;
@@ -146,16 +147,16 @@ fn no_conduction_of_a_rectifier_is_skipped() {
                 radau(Rectifier).options(options).build(0.0, &[0.0; 2], &[0.0; 2]).unwrap();
             let outcome = solver.integrate_to(0.1).unwrap();
             assert_eq!(outcome, Outcome::Reached { t: 0.1 });
-            // The error of a conduction is within 100 tolerances of 10 V and decays by exp(-0.2) per period. A skipped
-            // period would cause an error of 1.5 V. The reference has six digits.
+            // The error of each charging is at most 100 tolerances of 10 V and decays by exp(-0.2) per period. A
+            // skipped period would cause an error of 1.5 V. The reference has six digits.
             let error = (solver.y()[0] - 8.108698).abs();
             assert!(error < 1e3 * tolerance + 1e-6, "{stages} stages, {tolerance:e}: {error:e}");
         }
     }
 }
 
-/// Regression test: the smaller the relative tolerance was, the more the absolute tolerance was increased, up to an
-/// error of 100 % without a failed step.
+/// Regression test: smaller relative tolerances increased the absolute tolerance more, up to an error of 100 % without
+/// a failed step.
 #[test]
 fn absolute_tolerances_hold_for_any_smaller_relative_tolerance() {
     const END: f64 = 20.0;
@@ -199,13 +200,13 @@ impl Problem for Pulses {
     }
 }
 
-/// Regression test: a step of five periods was eight times as long as the last step. It was checked at ten points, all
-/// of which were between pulses of 0.19 periods.
+/// Regression test: a step of five periods, eight times as long as the previous step, was checked at ten points, which
+/// were all between pulses of 0.19 periods.
 #[test]
 fn no_pulse_after_a_pause_is_skipped() {
     let period = 2.0 * std::f64::consts::PI;
     let mut skipped = Vec::new();
-    // The pulses last 0.20 and 0.19 periods. If a step begins within a period of the last pulse, the points are less
+    // The pulses last 0.20 and 0.19 periods. If a step begins within a period after the last pulse, the points are less
     // than 0.09 periods apart, so each pulse contains two points.
     for threshold in [0.8, 0.835] {
         let half_width = f64::acos(threshold);
@@ -221,7 +222,7 @@ fn no_pulse_after_a_pause_is_skipped() {
                 let t = period * f64::from(periods);
                 assert_eq!(solver.integrate_to(t).unwrap(), Outcome::Reached { t });
                 let missed = f64::from(periods) - solver.y()[0] / area;
-                // The error of all pulses together is far below half a pulse.
+                // The total error of all pulses is much smaller than half a pulse.
                 if missed.abs() > 0.5 {
                     skipped.push((threshold, periods, stages, relative, missed));
                 }

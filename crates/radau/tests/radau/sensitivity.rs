@@ -54,8 +54,8 @@ fn pendulum() -> Pendulum {
     Pendulum::new(MechanicalForm::Index3).with(PENDULUM, 9.81)
 }
 
-/// The error of sensitivities is not controlled. Sensitivities are as smooth as the solution, and the documented error
-/// is ten times the tolerance.
+/// Checks the documented error of sensitivities, ten times the tolerance. This error is not controlled, but
+/// sensitivities are as smooth as the solution.
 #[test]
 fn closed_forms_of_index_0_to_3_are_met_at_ten_times_the_tolerance() {
     for stages in [3, 5, 7] {
@@ -74,8 +74,8 @@ fn closed_forms_of_index_0_to_3_are_met_at_ten_times_the_tolerance() {
     }
 }
 
-/// Returns the error of the multiplier, which is the last component, and the largest error of its sensitivities p̄ S,
-/// relative to 1 plus their magnitudes.
+/// Returns the error of the multiplier, the last component, and the largest error of its sensitivities p̄ S, each
+/// relative to 1 plus the magnitude of the exact value.
 fn multiplier_error<S: ParametricSample + Copy + 'static>(
     sample: S,
     options: RadauOptions,
@@ -91,10 +91,10 @@ fn multiplier_error<S: ParametricSample + Copy + 'static>(
     [own, of.fold(0.0, f64::max)]
 }
 
-/// The errors of the sensitivities of multipliers are not larger than the error of collocation, which has order s − 1.
-/// The solver removes the leading part of this error from the multiplier, which then has order s. Therefore, if the
-/// multiplier has the error e, the error of the sensitivity is about e^((s−1)/s), with a constant up to ten times as
-/// large.
+/// Checks that the errors of the sensitivities of multipliers are not larger than the error of collocation, which has
+/// order s − 1. The solver removes the leading part of this error from the multiplier, which then has order s.
+/// Therefore, if the multiplier has the error e, the error of the sensitivity is about e^((s−1)/s), with a factor of up
+/// to ten.
 #[test]
 fn multipliers_of_index_3_have_sensitivities_as_good_as_their_own() {
     for stages in [3, 5, 7] {
@@ -111,7 +111,7 @@ fn multipliers_of_index_3_have_sensitivities_as_good_as_their_own() {
     }
 }
 
-/// The pendulum without an implemented Jacobian.
+/// The pendulum without its Jacobian.
 #[derive(Clone, Copy)]
 struct WithoutJacobian(Pendulum);
 
@@ -129,9 +129,9 @@ impl Problem for WithoutJacobian {
     }
 }
 
-/// Regression test: the errors of one-sided difference quotients are divided by h². At a tolerance of 1e-11, they
-/// caused an error of 20 % in the sensitivity of the multiplier. With central differences, the errors are at most ten
-/// times as large as with the exact Jacobian, or 1e-3.
+/// Regression test: errors of one-sided difference quotients, divided by h², caused an error of 20 % in the sensitivity
+/// of the multiplier at a tolerance of 1e-11. With central differences, the errors are at most ten times as large as
+/// with the exact Jacobian, or 1e-3.
 #[test]
 fn sensitivities_of_multipliers_do_not_need_a_jacobian() {
     let pendulum = pendulum();
@@ -163,7 +163,8 @@ fn sensitivities_of_multipliers_do_not_need_a_jacobian() {
     }
 }
 
-/// Returns options with fixed steps, for which Newton's method and the sensitivity equations converge to rounding.
+/// Returns options with fixed steps, in which Newton's method and the sensitivity equations converge up to rounding
+/// errors.
 fn fixed(stages: usize, h: f64) -> RadauOptions {
     RadauOptions {
         stages,
@@ -177,8 +178,8 @@ fn fixed(stages: usize, h: f64) -> RadauOptions {
     }
 }
 
-/// With fixed steps, the sensitivities are derivatives of the discrete solution, so they have the same order as the
-/// states.
+/// Checks that sensitivities in fixed steps have the same order as the states, because they are derivatives of the
+/// discrete solution.
 #[test]
 fn orders_in_fixed_steps_are_those_of_the_states() {
     for (stages, n) in [(3, 10.0), (5, 1.0)] {
@@ -186,7 +187,7 @@ fn orders_in_fixed_steps_are_those_of_the_states() {
         let of = |n: f64| error(ScaledLinear { p: 2.0, q: 0.6 }, 2.0, 1, fixed(stages, 2.0 / n));
         let observed = (of(n) / of(2.0 * n)).log2();
         println!("{stages} stages: {observed}, {:e}", of(2.0 * n));
-        // The difference between the observed order and the limiting order is halved if the step sizes are halved.
+        // If the step sizes are halved, the difference between the observed order and the limiting order is halved.
         assert!((observed - order).abs() < 1.0, "{stages} stages: {observed}");
     }
     // For index 3, positions and velocities have at least the stage order s.
@@ -195,8 +196,8 @@ fn orders_in_fixed_steps_are_those_of_the_states() {
     assert!(observed > 2.5, "index 3: {observed}");
 }
 
-/// The sensitivities are derivatives of the computed solution. They agree with difference quotients of runs with the
-/// same fixed steps much more closely than with the exact solution.
+/// Checks that the sensitivities are derivatives of the computed solution: they agree with difference quotients of runs
+/// with the same fixed steps much more closely than with the exact sensitivities.
 #[test]
 fn they_differentiate_the_computed_solution() {
     let (_, sensitivities) = run(pendulum(), 1.0, fixed(3, 0.02));
@@ -214,14 +215,13 @@ fn they_differentiate_the_computed_solution() {
         truth = truth.max((exact[i] - difference).abs());
     }
     println!("{off:e} {truth:e}");
-    // Three errors are below 1e-9 for terms of size 1 to 10: the truncation error (δ/g)², the error of Newton's method,
-    // 3e-15, divided by δ, and the error of ∂F/∂p, 4e-11.
+    // For terms of size 1 to 10, three errors are below 1e-9: the truncation error (δ/g)², the error of Newton's
+    // method, 3e-15, divided by δ, and the error of ∂F/∂p, 4e-11.
     assert!(off < 1e-8, "{off:e}");
     assert!(truth > 10.0 * off, "{truth:e} shows nothing");
 }
 
-/// For any number of parameters, the number of factorizations and all other counters are equal to the counters of the
-/// run without sensitivities.
+/// Checks that all counters, including the number of factorizations, are the same as in a run without sensitivities.
 #[test]
 fn a_run_with_sensitivities_takes_the_steps_and_factors_of_the_plain_one() {
     let plain = crate::common::run(pendulum(), 1.0, tolerance(1e-6)).statistics();
@@ -248,7 +248,7 @@ impl Problem for Resting {
     }
 }
 
-/// Steps chosen for a state at rest do not resolve its sensitivity. Steps chosen for the state and the sensitivity do.
+/// Checks that the sensitivity of a state at rest is resolved only if the steps are also controlled by the sensitivity.
 #[test]
 fn sensitivities_optionally_limit_the_steps() {
     let run = |tol: f64, is_controlling: bool| {
@@ -284,7 +284,7 @@ fn sensitivities_optionally_limit_the_steps() {
     }
 }
 
-/// Dense output agrees with the ends of steps, and is equally accurate between them.
+/// Checks that dense output agrees with the values at the ends of steps, and that it is accurate between them.
 #[test]
 fn dense_output_is_that_of_the_step() {
     let sample = Oscillator { omega: 3.0 };
@@ -303,8 +303,8 @@ fn dense_output_is_that_of_the_step() {
         let middle = 0.5 * (from + to);
         sensitivities.dense_output(&solver, 0, middle, 0, &mut out).unwrap();
         let exact = sample.exact_sensitivity(0, middle);
-        // The order is s + 1 or, in the first step, s; at the ends of steps, it is 2s − 1. Therefore, errors of several
-        // hundred tolerances are allowed.
+        // The order is s + 1, or s in the first step, whereas it is 2s − 1 at the ends of steps. Therefore, errors of
+        // several hundred tolerances are allowed.
         assert!((out[0] - exact[0]).abs() < 1e-6, "{middle}: {}", out[0] - exact[0]);
     }
     let outside = sensitivities.dense_output(&solver, 0, 0.0, 0, &mut out);
@@ -347,9 +347,9 @@ impl Problem for Duffing {
     }
 }
 
-/// If a vibration is integrated over many periods with long steps, it is nearly a linear combination of its values in
-/// previous steps. Sensitivities with this initial guess need one correction, and occasionally a second one: 1.2 on
-/// average, compared with 2.05 with an initial guess from polynomials.
+/// Integrates a vibration over many periods with long steps. The sensitivities are nearly linear combinations of their
+/// values in previous steps. With this initial guess, they need 1.2 corrections per step on average, compared with 2.05
+/// corrections with an initial guess from polynomials.
 #[test]
 fn steps_of_a_vibration_start_from_those_before() {
     let options = RadauOptions { stages: 7, ..tolerance(1e-5) };
@@ -410,7 +410,8 @@ fn sensitivities_are_continued_over_a_reinit_on_request_only() {
     }
 }
 
-/// Sensitivities can start at the end of any step, for example of a restored state, but not within a step.
+/// Checks that sensitivities can start at the end of any step, for example from a restored state, but not within a
+/// step.
 #[test]
 fn sensitivities_continue_from_a_restored_state() {
     let oscillator = Oscillator { omega: 2.0 };
@@ -428,7 +429,7 @@ fn sensitivities_continue_from_a_restored_state() {
     continued.integrate_to(&mut again, 3.0).unwrap();
     assert_eq!(solver.y(), again.y());
     for (one, other) in followed.of(0).iter().zip(continued.of(0)) {
-        // The sensitivity equations are solved to a third of the tolerance, with other initial guesses.
+        // The sensitivity equations are solved to a third of the tolerance, but with other initial guesses.
         assert!((one - other).abs() < 1e-7, "{one} {other}");
     }
 
@@ -446,7 +447,7 @@ fn sensitivities_continue_from_a_restored_state() {
     assert!(matches!(refused.err(), Some(RadauError::Common(WithinStep { .. }))));
 }
 
-/// Restoring a state restarts the integration, so sensitivities and recordings are discarded.
+/// Checks that sensitivities and recordings cannot continue after a state was restored, which restarts the integration.
 #[test]
 fn a_restored_state_ends_what_follows_steps() {
     let (mut solver, mut followed) = fixed_steps();

@@ -1,8 +1,8 @@
 //! Andrews' squeezing mechanism, with hidden constraints and fast motion of all bodies from the start.
 //!
 //! Seven bodies in a plane are connected in three loops through one point. They are driven by a torque against a
-//! spring. Source: F. Mazzia, C. Magherini, Test Set for Initial Value Problem Solvers, release 2.4 (2008), problem
-//! `andrews`: equations, constants, initial values, and the solution at t = 0.03.
+//! spring. Source of the equations, constants, initial values, and the solution at t = 0.03: F. Mazzia, C. Magherini,
+//! Test Set for Initial Value Problem Solvers, release 2.4 (2008), problem `andrews`.
 
 use myovib_conformance::AnyProblem;
 use myovib_dae::{Outcome, Problem, StepError};
@@ -207,7 +207,8 @@ fn at_end(index: u8, options: RadauOptions) -> (Vec<f64>, u64) {
     (solver.y()[..7].to_vec(), solver.statistics().steps)
 }
 
-/// In short first steps, rounding dominates the constraints. The next steps must then become longer, not shorter.
+/// Checks that steps become longer, not shorter, after short first steps in which rounding errors dominate the
+/// constraints.
 #[test]
 fn no_first_step_is_too_short() {
     for stages in [3, 5, 7] {
@@ -231,7 +232,7 @@ fn no_first_step_is_too_short() {
     }
 }
 
-/// The published values are reproduced if the constraint is G v = 0 instead of g = 0.
+/// Checks that the published values are reproduced if the constraint is G v = 0 instead of g = 0.
 #[test]
 fn the_published_positions_are_those_of_index_2() {
     let options = RadauOptions { stages: 7, ..tolerance(1e-11) };

@@ -42,10 +42,11 @@ impl Sample for Driven {
     }
 }
 
-/// Times of the comparison. If steps ended earlier, rounding of multipliers would exceed the tolerances.
+/// Times of the comparison. At earlier times, steps would be so short that rounding errors of multipliers exceed the
+/// tolerances.
 const TIMES: [f64; 3] = [0.02, 0.05, 0.1];
 
-/// Returns the solution at these times. At the start, variables of the index `displaced` are displaced by `off` times
+/// Returns the solution at these times. At the start, variables of the index `displaced` are displaced by `off` with
 /// alternating signs.
 fn solutions<S: Sample + 'static>(
     sample: S,
@@ -77,7 +78,7 @@ fn expect_harmless<S: Sample + 'static>(sample: impl Fn() -> S, displaced: u8) {
             let found = solutions(sample(), (off, displaced), options(tol));
             for ((found, own), (exact, t)) in found.iter().zip(&own).zip(exact.iter().zip(TIMES)) {
                 for (i, ((y, own), exact)) in found.iter().zip(own).zip(exact).enumerate() {
-                    // The bound is a hundred tolerances plus a few times the error with an exact start.
+                    // The bound is a hundred tolerances plus three times the error of a run with an exact start.
                     let allowed = 100.0 * tol * (1.0 + exact.abs()) + 3.0 * (own - exact).abs();
                     assert!(
                         (y - exact).abs() <= allowed,
@@ -105,7 +106,7 @@ fn velocities_of_index_3_may_be_off() {
     expect_harmless(|| Driven, 2);
 }
 
-/// Checks the multiplier of a first step whose size is chosen by the solver.
+/// Checks the multiplier after a first step whose size the solver selects.
 #[test]
 fn the_first_multiplier_is_correct() {
     for (form, displaced) in

@@ -24,7 +24,7 @@ fn stop(factor: f64, check_jacobian_at_stop: bool) -> Option<Box<Stop>> {
     }
 }
 
-/// Regression test: an integration with a wrong Jacobian stopped without naming it.
+/// Regression test: an integration with a wrong Jacobian stopped, and the message did not report the wrong entry.
 #[test]
 fn a_wrong_entry_is_named_and_correct_entries_are_not() {
     let stopped = stop(-1.0, true).expect("Newton's method fails");
