@@ -10,7 +10,7 @@ import pytest
 
 @pytest.fixture(autouse=True, scope="session")
 def _ctrl_c_raises():
-    """Restore SIGINT, which shells ignore in background jobs; tests of Ctrl-C would wait forever."""
+    """Restore the handler of SIGINT. Shells ignore it in background jobs, in which tests of Ctrl-C would wait forever."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
@@ -18,7 +18,7 @@ def _ctrl_c_raises():
 def seconds_to_an_end():
     """Return a function that interrupts a computation by Ctrl-C after 0.3 s.
 
-    It returns the time from Ctrl-C to KeyboardInterrupt in s.
+    The function returns the time (s) from Ctrl-C to KeyboardInterrupt.
     """
 
     def measure(compute):

@@ -46,19 +46,20 @@ ROBERTSON_LATE = np.array([0.2083340149701255e-07, 0.8333360770334713e-13, 0.999
 def test_robertson_has_the_published_values(method, jacobian):
     s = solve_dae(robertson, (0, 1e11), method=method, jacobian=jacobian, **ROBERTSON)
     assert s.success and s.t[-1] == 1e11
-    # Local errors of 1e-6 in about 700 steps, damped by the decay: one hundred times the local error.
+    # Local errors of 1e-6 in about 700 steps are damped by the decay to one hundred times the local error.
     atol = np.array([1e-10, 1e-14, 1e-10])
     assert (np.abs(s.y[:, -1] - ROBERTSON_LATE) <= 1e-4 * ROBERTSON_LATE + 1e2 * atol).all()
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_tolerances_may_be_below_the_rounding_of_other_variables(method):
-    # A variable of 0 was moved by 1e-16, which is lost beside 1 in the last equation, so BDF stopped at the start.
+    # Regression: BDF stopped at the start, because a variable of value 0 was displaced by 1e-16, which rounding loses in
+    # the sum with 1 in the last equation.
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         s = solve_dae(robertson, (0, 1e11), [1, 0, 0], [-0.04, 0.04, 0], method, rtol=1e-6, atol=1e-16)
     assert s.status == 0
-    # BDF accumulates several tolerances.
+    # Errors of BDF accumulate to several tolerances.
     np.testing.assert_allclose(s.y[:, -1], ROBERTSON_LATE, rtol=1e-5)
 
 
@@ -73,7 +74,7 @@ def test_robertson_agrees_with_scipy():
     for method in METHODS:
         s = solve_dae(robertson, (0, 1e3), method=method, t_eval=times, **ROBERTSON)
         assert (s.t == times).all()
-        # Tolerance as above; the error of the reference is negligible.
+        # The bound is the same as above; the error of the reference is negligible.
         assert np.allclose(s.y[:2], reference.y, rtol=1e-4, atol=1e-12)
 
 
@@ -96,7 +97,7 @@ def test_the_pendulum_of_index_3_is_that_of_the_angle(method):
     )
     assert s.success
     angle = exact.sol(s.t)[0]
-    # The tolerance limits the local error; the errors of about 100 steps per swing add up.
+    # The tolerance limits the local error. The errors of about 100 steps per swing accumulate.
     assert np.allclose(s.y[:2], [np.sin(angle), -np.cos(angle)], atol=1e-5)
     within = np.linspace(0, 2, 101)
     angle = exact.sol(within)[0]
@@ -124,7 +125,7 @@ def test_events_are_found_where_they_are(method):
         ball, (0, 10), [0, 10], [10, -G], method, events=[height, climbing], rtol=1e-8, atol=1e-10
     )
     assert s.status == 1 and "event 0" in s.message
-    # All methods integrate the parabola exactly; the error is 1e-8 of 10 m, divided by 10 m/s.
+    # All methods integrate the parabola exactly. The error of the time is 1e-8 of 10 m, divided by 10 m/s.
     assert s.t[-1] == pytest.approx(2 * 10 / G, abs=1e-7)
     assert s.t_events[1] == pytest.approx([10 / G], abs=1e-7)
     assert s.y_events[1][0, 0] == pytest.approx(100 / (2 * G), rel=1e-6)
@@ -159,7 +160,7 @@ def test_backwards_and_dense_output():
     assert (s.sol.t_min, s.sol.t_max) == (0, 1)
     times = np.linspace(0, 1, 23)
     assert s.sol(times)[0] == pytest.approx(np.exp(-times), rel=1e-6)
-    # At the ends of the steps it equals the solution, up to rounding.
+    # At the ends of the steps, dense output equals the solution up to rounding errors.
     assert s.sol(s.t[1:]) == pytest.approx(s.y[:, 1:], rel=1e-12)
 
 
@@ -170,7 +171,7 @@ def test_dense_output_is_that_of_the_steps(method):
     arguments = dict(method=method, rtol=1e-8, atol=1e-10)
     s = solve_dae(oscillate, (0, 2), [1, 0], [0, -100], dense_output=True, **arguments)
     there = solve_dae(oscillate, (0, 2), [1, 0], [0, -100], t_eval=times, **arguments)
-    # Rounding error for values up to 10 and at most 9 interpolation points.
+    # The bound covers rounding errors for values up to 10 and at most 9 interpolation points.
     assert s.sol(times) == pytest.approx(there.y, rel=0, abs=1e-11)
 
 
@@ -193,8 +194,8 @@ def test_a_sparse_jacobian_counts_as_a_dense_one():
     }
     found = {k: solve_dae(heat, (0, 0.1), y0, second @ y0, **kw) for k, kw in runs.items()}
     assert found["dense"].nfev == found["sparse"].nfev
-    # Each Jacobian needs three evaluations for its three colors, and the base residual. Checks of the pattern take fewer
-    # evaluations than there are variables.
+    # Each Jacobian requires three evaluations for its three colors, and one of the base residual. Checks of the pattern
+    # require fewer evaluations than there are variables.
     differences = found["differences"]
     assert 0 <= differences.nfev - found["dense"].nfev - 4 * differences.njev < n
     with pytest.raises(ValueError, match="row 0, column 2 .*`sparsity`"):
@@ -241,23 +242,23 @@ def test_the_pattern_of_a_large_sparse_jacobian_is_its_own(method):
     def residual(t, y, yp):
         return yp - second @ y + np.r_[0.0, y[:-1] ** 3] - 1.0
 
-    # Full matrices of 4000 rows would need 0.1 GB each, and minutes.
+    # Full matrices of 4000 rows would require 0.1 GB each, and the integration would take minutes.
     s = solve_dae(residual, (0, 1e-3), np.zeros(n), np.ones(n), method, jacobian=jacobian)
     assert s.success and calls and s.y[n // 2, -1] == pytest.approx(1e-3, rel=1e-4)
 
 
 def test_an_input_faster_than_the_steps_is_reported():
-    # A heater at 50 Hz with a mean of 500 W. The steps of IDA end at zeros of its power.
+    # A heater at 50 Hz with a mean power of 500 W. The steps of IDA end at zeros of the power.
     def heater(t, y, yp):
         return yp - 1000 * np.sin(100 * np.pi * t) ** 2
 
     run = lambda **kw: solve_dae(heater, (0, 10), [0.0], [0.0], t_eval=[0, 10], **kw)
-    # A limit of the step is taken as the duration of inputs, and shorter ones are not searched.
+    # A maximum step size is assumed to resolve all inputs, so shorter inputs are not detected.
     with pytest.warns(UserWarning, match="equation 0 .* `max_step`"):
         run(max_step=10.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        # Errors accumulate over 500 periods, as with a limit.
+        # Errors accumulate over 500 periods, as in the run with a maximum step size.
         assert run(rtol=1e-6).y[0, -1] == pytest.approx(5e3, rel=1e-3)
         # The manual promises 1000 times the tolerance.
         assert run(max_step=2e-3, rtol=1e-6).y[0, -1] == pytest.approx(5e3, rel=1e-3)
@@ -300,7 +301,7 @@ def test_differences_stay_in_the_domain(method):
     rates[5] = 115.83 * (rates[0] * AKZO[3] + AKZO[0] * rates[3])
     s = solve_dae(akzo, (0, 180), AKZO, rates, method, rtol=1e-4, atol=1e-4)
     assert s.success, s.message
-    # Local errors of 1e-4 in about 20 steps.
+    # The bound covers local errors of 1e-4 in about 20 steps.
     assert np.allclose(s.y[:, -1], AKZO_LATE, rtol=0, atol=2e-3)
 
 
@@ -353,7 +354,7 @@ def test_consistent_initial_values():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_consistent_initial_values_of_a_long_span(method):
-    # A thousandth of the span is a million times the time scale at the start.
+    # A thousandth of the span is a million times as long as the time scale at the start.
     s = solve_dae(
         robertson, (0, 4e10), [1, 0, 0], [0, 0, 0], method, rtol=1e-6, atol=1e-12, initial="algebraic"
     )
@@ -439,7 +440,7 @@ def test_positions_and_velocities_are_moved_onto_a_constraint():
     assert np.abs(rods(0.7, q)).max() < 1e-14
     h = 1e-5
     rate = (np.array(rods(0.7 + h, q + h * v)) - rods(0.7 - h, q - h * v)) / (2 * h)
-    # Central differences: h^2 times a third derivative of about 10.
+    # The error of central differences is h^2 times a third derivative of about 10.
     assert np.abs(rate).max() < 1e-8
     again = consistent_start(rods, q, v, t=0.7)
     assert np.abs(again[0] - q).max() < 1e-14 and np.abs(again[1] - v).max() < 1e-8
@@ -455,7 +456,7 @@ def test_constraints_without_a_solution_are_refused():
 def test_constraints_that_contradict_each_other_are_refused():
     with pytest.raises(ValueError, match="no positions near q"):
         consistent_start(lambda t, q: [q[0] - 1.0, q[0] - 2.0], [0.0, 0.0], [0.0, 0.0])
-    # The positions agree at this time, the velocities do not.
+    # At this time, the constraints on positions agree, but their derivatives do not.
     with pytest.raises(ValueError, match="no velocities"):
         consistent_start(
             lambda t, q: [q[0] - np.sin(t), q[0] - np.cos(t)], [1.0], [0.0], t=np.pi / 4
@@ -468,7 +469,7 @@ def test_redundant_constraints_are_satisfied():
         return [square - 1.0, np.sqrt(square) - 1.0, square**1.5 - 1.0]
 
     q, v = consistent_start(circle, [0.9, 0.5], [0.3, 2.0])
-    # The differences have errors of 1e-10.
+    # The difference quotients have errors of 1e-10.
     assert abs(q @ q - 1.0) < 1e-14 and abs(q @ v) < 1e-9
     assert q == pytest.approx(np.array([0.9, 0.5]) / np.hypot(0.9, 0.5), abs=1e-9)
 
@@ -491,7 +492,7 @@ def test_displacements_smaller_than_the_body_are_moved():
 def test_velocities_of_a_moving_support_do_not_depend_on_those_given(speed):
     for t in (0.0, 1e6):
         v = consistent_start(lambda t, q: q[0] - 0.1 * np.sin(t), [0.3], [speed], t)[1]
-        # The differences have errors of 1e-10 of v.
+        # The difference quotients have errors of 1e-10 relative to v.
         assert v[0] == pytest.approx(0.1 * np.cos(t), abs=1e-9 * max(speed, 1.0))
     fast = lambda t, q: q[0] - 0.1 * np.sin(1e6 * t)
     v = consistent_start(fast, [0.3], [speed], time_scale=1e-6)[1]
@@ -523,7 +524,7 @@ def test_arguments_of_consistent_start_are_checked(arguments):
 
 
 def test_velocities_at_zero_positions_are_checked():
-    def hung(t, y, yp):  # from a point 1 m above the mass
+    def hung(t, y, yp):  # a mass hung from a point 1 m above it
         x, height, u, v, force = y
         arm = 1.0 - height
         return [
@@ -548,7 +549,7 @@ def square_wave(t):
 
 
 def charged(t):
-    """Return the voltage of a capacitor, charged by a square wave through a resistor."""
+    """Return the voltage of a capacitor that is charged by a square wave through a resistor."""
     y, start = 0.0, 0.0
     for k in range(int(2 * t) + 1):
         end = min(0.5 * (k + 1), t)
@@ -576,7 +577,7 @@ def test_square_waves_are_integrated_from_break_to_break(method, t_eval):
     assert np.abs(s.y[0] - [charged(t) for t in s.t]).max() < 1e-5
     if t_eval is not None:
         assert (s.t == t_eval).all()
-    times = np.linspace(0.01, 2.99, 150)  # the breaks are not among them
+    times = np.linspace(0.01, 2.99, 150)  # does not contain the breaks
     currents = [square_wave(t) - charged(t) for t in times]
     assert np.abs(s.sol(times)[1] - currents).max() < 1e-5
 
@@ -585,7 +586,7 @@ def test_breaks_are_passed_backwards():
     end = [charged(3.0), -1 - charged(3.0)]
     s = solve_dae(circuit, (3, 0), end, [end[1], 0], rtol=1e-8, atol=1e-10, breaks=BREAKS)
     assert s.status == 0, s.message
-    # Errors grow as e^3 = 20 backward.
+    # In backward integration, errors grow by a factor of e^3 = 20.
     assert abs(s.y[0, -1]) < 2e-4
 
 
@@ -605,7 +606,7 @@ def test_breaks_that_differ_by_rounding_are_one(method, breaks):
 
     s = solve_dae(stepped, (0, 1), [0, 1], [1, 0], method, breaks=breaks)
     assert s.status == 0 and np.count_nonzero(np.diff(s.t) == 0) == 1, s.message
-    # Both sides are integrated exactly, up to rounding.
+    # Both sides of the break are integrated exactly, up to rounding errors.
     assert s.y[0, -1] == pytest.approx(0.3 - 0.7, abs=1e-9)
     assert not set(called) & set(breaks)
 
@@ -627,7 +628,7 @@ def test_breaks_of_a_short_span_at_a_late_time_are_not_ignored():
     start = 1e9
     s = solve_dae(lambda t, y, yp: yp - 1.0, (start, start + 2e-3), [0], [1], breaks=start + 1.5e-3)
     assert s.success and (s.t == start + 1.5e-3).sum() == 2
-    # The time has a rounding of 1.2e-7.
+    # The time has a rounding error of 1.2e-7.
     assert s.y[0, -1] == pytest.approx(2e-3, abs=1.2e-7)
 
 
@@ -649,7 +650,7 @@ def test_velocities_are_checked_within_the_first_part():
     called = []
     kick = 1e-6
 
-    def carried(t, q, qp):  # by a support that is accelerated suddenly
+    def carried(t, q, qp):  # a mass on a support that is accelerated suddenly
         called.append(t)
         x, y, u, v, force = q
         x = x - 500.0 * max(t - kick, 0.0) ** 2
@@ -837,7 +838,7 @@ def test_derivatives_that_the_equations_do_not_determine_are_named():
 def test_variables_of_index_2_in_the_error_test_of_bdf_are_named():
     w = 20 * np.pi
 
-    def loop(t, y, yp):  # of a source and a capacitor, with a resistor and a second capacitor
+    def loop(t, y, yp):  # a loop of a source and a capacitor, with a resistor and a second capacitor
         through = (y[0] - y[1]) / 10
         return [1e-3 * yp[0] + through - y[2], 1e-3 * yp[1] - through, y[0] - np.sin(w * t)]
 
@@ -912,7 +913,7 @@ def test_a_derivative_of_a_nonlinear_equation_is_corrected(method):
         lambda t, y, yp: [yp[0] ** 3 + yp[0] - 2 * y[0]], (0, 1), [1.0], [0.0], method,
         initial="algebraic",
     )  # fmt: skip
-    # 0.0033 of the tolerance, 1e-4, within a thousandth of the span.
+    # The error is at most 0.0033 times the tolerance of 1e-4, divided by a thousandth of the span.
     assert s.yp[0, 0] == pytest.approx(1, abs=4e-4)
     # With y' = v: t = 3 (v² - 1)/4 + log(v)/2, y = (v³ + v)/2.
     assert s.y[0, -1] == pytest.approx(2.2310, abs=2e-3)
@@ -923,7 +924,7 @@ def test_small_coefficients_of_derivatives_are_found(method):
     def node(t, y, yp):
         return [1e-12 * yp[0] + y[0] / 1e3 - 5e-3]
 
-    # Charged over its time constant, 1 ns.
+    # The capacitor is charged over its time constant, 1 ns.
     s = solve_dae(node, (0, 1e-9), [0], [0], method, rtol=1e-6, atol=1e-9, initial="algebraic")
     assert s.success and s.y[0, 0] == 0
     assert s.y[0, -1] == pytest.approx(5 * (1 - np.exp(-1)), rel=1e-4)
@@ -978,7 +979,7 @@ def test_equations_without_corrected_values_are_named(method):
     start = ([0.1, 1.0], [1.0, 0.0])
     index = {} if method == "bdf" else dict(index=[1, 2])
     suppress = [False, True] if method == "bdf" else None
-    # The remedy of the message works.
+    # The remedy that the message suggests works.
     assert solve_dae(hidden, (0, 1), *start, method, suppress=suppress, **index).success
 
 
@@ -1021,7 +1022,7 @@ def test_a_start_typed_with_few_digits_is_harmless_or_has_a_remedy(method, off):
             s = run(*consistent_start(lambda t, q: q @ q - 1, *arguments), tolerance)
         assert s.success, s.message
         reference = run(exact, arguments[1], tolerance)
-        # A hundred tolerances, and the change of the start.
+        # The bound is a thousand tolerances plus the effect of the changed start.
         assert np.abs(s.y[:, -1] - reference.y[:, -1]).max() < 1e3 * tolerance + 100 * off
 
 

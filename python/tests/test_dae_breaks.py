@@ -1,4 +1,4 @@
-"""Solutions in the first step after a break or a wrong start, and at late times."""
+"""Solutions in the first step after a break or after a wrong start, and at late times."""
 
 import warnings
 
@@ -76,7 +76,7 @@ def test_values_from_before_a_break_do_not_enter_the_first_step_after_it(method,
 @pytest.mark.parametrize("index", [2, 3])
 @pytest.mark.parametrize("rtol", [1e-4, 1e-7])
 def test_forces_that_jump_at_a_break_do_not_disturb_velocities(method, index, rtol):
-    # At the start of the second run, the force and the derivatives are wrong. Index 3 requires correct ones.
+    # In the second run, the force and the derivatives are wrong at the start. Index 3 requires correct derivatives.
     for start in [0.0, BREAK] if index == 2 else [0.0]:
         z0 = of_bead(start)
         zp0 = [z0[2], z0[3], -z0[0], -z0[1], 0]
@@ -90,8 +90,8 @@ def test_forces_that_jump_at_a_break_do_not_disturb_velocities(method, index, rt
         assert s.success, s.message
         assert ["jump in the first step" in str(w.message) for w in caught] == ([True] if start else [])
         errors = errors_of_first_step(s, BREAK, of_bead, rtol)
-        # The error test as above; the force has the error that the guide states, or that at the end of the step. The
-        # force before the break is wrong by 3, which is at least 7500 tolerances.
+        # The error test is the same as above. The error of the force is at most the error that the guide states, or twice
+        # the error at the end of the step. The force before the break is wrong by 3, at least 7500 tolerances.
         end = s.t[s.t > BREAK + 1e-12][0]
         at_end = abs(s.sol(end)[4] - of_bead(end)[4]) / (rtol * of_bead(end)[4])
         assert errors[:4].max() < np.sqrt(5) and errors[4] < max(100, 2 * at_end)
@@ -104,7 +104,7 @@ def test_rounding_of_late_times_does_not_change_autonomous_solutions(method, sta
         return [yp[0] - y[1], yp[1] + y[0]]
 
     s = solve_dae(oscillator, (start, start + 10), [0, 1], [1, 0], method, rtol=1e-10, atol=1e-12)
-    # Global errors of a few tolerances, of BDF up to 100; the time has a rounding of 1e-7 and 1e-4.
+    # Global errors are a few tolerances, or up to 100 for BDF. The times have rounding errors of 1e-7 and 1e-4.
     limit = 100e-10 if method == "bdf" else 20e-10
     assert s.success and abs(s.y[0, -1] - np.sin(10)) < limit
     assert s.t[0] == start and s.t[-1] == start + 10
@@ -122,17 +122,17 @@ def test_late_events_breaks_and_outputs_have_late_times():
     )  # fmt: skip
     assert s.success and s.t.tolist() == [start, start + 0.5, start + 4]
     assert s.sol.t_min == start and s.sol.t_max == start + 4
-    # The first steps are shorter than the rounding of the time, 5e-7.
+    # The first steps are shorter than the rounding error of the time, 5e-7.
     assert s.sol(np.linspace(start, start + 1, 50))[0] == pytest.approx(np.sin(np.linspace(0, 1, 50)), abs=1e-6)
     assert s.y[0, 1] == pytest.approx(np.sin(0.5), abs=1e-6)
-    # y = 1 + (sin 1 − 1) cos s + cos 1 sin s, s seconds after the break
+    # At s seconds after the break, y = 1 + (sin 1 − 1) cos s + cos 1 sin s.
     crossing = start + 1 + np.arctan((1 - np.sin(1)) / np.cos(1))
     assert s.t_events[0] == pytest.approx([crossing], abs=1e-5, rel=0)
 
 
 @pytest.mark.parametrize("method", ["bdf", "radau5", "radau9", "radau13"])
 def test_breaks_are_a_few_roundings_from_the_jump(method):
-    # Most k P/2 are not the times at which the rounded t/P jumps.
+    # For most k, k P/2 is not exactly the time at which the integer part of the rounded t/P jumps.
     for period in np.round(np.arange(0.1, 1.03, 0.03), 2):
 
         def square(t):
@@ -149,12 +149,12 @@ def test_breaks_are_a_few_roundings_from_the_jump(method):
         exact = 0.0
         for level, step in zip(levels, np.diff(ends)):
             exact = level + (exact - level) * np.exp(-step)
-        # Errors of earlier parts decay; in a part they are at most 10 tolerances of 3.
+        # Errors of earlier parts decay. The error of a part is at most 10 tolerances, relative to 3.
         assert s.y[0, -1] == pytest.approx(exact, abs=10 * 3e-4)
 
 
 def coupled(diode, source):
-    """Return a source coupled by a capacitor to a resistor, with a diode in parallel."""
+    """Return a source that a capacitor couples to a resistor, with a diode in parallel."""
 
     def residual(t, y, yp):
         i = 1e-6 * (yp[0] - yp[1])
@@ -168,7 +168,7 @@ def coupled(diode, source):
 @pytest.mark.parametrize("diode", [0.0, 1.0])
 def test_breaks_at_smooth_times_of_a_coupling_capacitor_do_not_stop(method, diode):
     residual = coupled(diode, lambda t: 2.0 * np.sin(200 * np.pi * t))
-    # The current of the capacitor is 0 at the start, so that both potentials have the same rate.
+    # The current of the capacitor is 0 at the start, so both potentials have the same rate.
     rate = 400 * np.pi * 1e-3 / (1e-3 + diode * 1e-6 / 0.026 + 1 / 9e3)
     for rtol in [1e-3, 1e-4, 1e-6, 1e-8]:
         for time in [0.001, 0.004, 0.007, 0.013, 0.018]:
@@ -189,7 +189,7 @@ def test_a_capacitor_keeps_its_voltage_at_a_jump_of_the_source(method):
     assert s.success, s.message
     for k in [np.flatnonzero(s.t == jump)[-1], -1]:
         current = 2.0 / 1e4 * np.exp(-(s.t[k] - jump) / (1e4 * 1e-6))
-        # Errors of the steps add up; the jump itself is exact up to the tolerance of Newton's method.
+        # Errors of the steps accumulate, but the jump itself is exact up to the tolerance of Newton's method.
         bound = rtol if k == -1 else 0.01 * rtol
         np.testing.assert_allclose(s.y[:, k], [2.0 - 1e3 * current, 9e3 * current], rtol=100 * bound, atol=bound)
 
@@ -203,7 +203,7 @@ def test_an_overpotential_follows_a_jump_of_the_current(method, current):
     s = solve_dae(battery, (0, 2), [0, 0, 0], [0, 0, 0], method, rtol=1e-4, breaks=[1.0])
     assert s.success, s.message
     after = np.flatnonzero(s.t == 1.0)[-1]
-    # The last correction is at most 0.0033 tolerances.
+    # The last correction is at most 0.0033 times the tolerance.
     expected = 0.0514 * np.arcsinh(current / 0.4)
     np.testing.assert_allclose(s.y[1:, after], [expected, current], rtol=1e-4)
     np.testing.assert_allclose(s.y[0, -1], current, rtol=1e-3)
@@ -235,7 +235,7 @@ def test_rates_after_a_jump_satisfy_nonlinear_equations(function, inverse, value
         rtol=1e-6, breaks=[1.0],
     )  # fmt: skip
     assert s.success, s.message
-    # Each part is linear in time; the rate is correct within the last correction of Newton's method.
+    # Each part is linear in time, and its rate is correct up to the last correction of Newton's method.
     assert s.y[0, -1] == pytest.approx(inverse(0.1) + inverse(value), rel=1e-5)
 
 
@@ -252,7 +252,7 @@ def test_rates_without_a_solution_are_not_invented():
 @pytest.mark.parametrize("rtol", [1e-4, 1e-7, 1e-8])
 @pytest.mark.parametrize("varies", [False, True])
 def test_derivatives_of_algebraic_variables_jump_at_kinks_of_an_input(rate, rtol, varies):
-    """Check a charge behind a resistance that may depend on the charge; the current is algebraic."""
+    """Check a charge in series with a resistance that may depend on the charge; the current is algebraic."""
     times, levels = [0.0, 0.1, 0.15, 0.4, 1.0], [0.0, 1.0, 1.0, -2.0, 0.5]
 
     def residual(t, y, yp):
@@ -265,7 +265,7 @@ def test_derivatives_of_algebraic_variables_jump_at_kinks_of_an_input(rate, rtol
     for time, slope in zip(times[1:-1], np.diff(levels)[1:] / np.diff(times)[1:], strict=True):
         y, yp = (values[:, np.flatnonzero(s.t == time)[-1]] for values in (s.y, s.yp))
         resistance, of_charge = 1.0 + varies * y[0] ** 2, 1.0 + varies * 2.0 * y[0] * y[1]
-        # Increments of 1e-5 of a part; rounding of F, 2e-16, divided by them.
+        # The increments are 1e-5 of a part. The rounding error of F, 2e-16, is divided by them.
         assert yp[1] == pytest.approx((slope - of_charge * yp[0]) / resistance, rel=1e-6, abs=1e-8)
 
 
@@ -293,7 +293,7 @@ def test_velocities_that_jump_at_a_break_are_reported(method, rtol, jump, expect
         return t + 0.5 * max(t - 0.3, 0.0) ** 2 + jump * max(t - 0.6, 0.0)
 
     y0 = [0, 0, 1.3, 1, -0.3, 0, 0, 0, 0]
-    # The second derivatives of the constraints with a = b = 0: x'' = -0.3 - 0.09 and b'' = 0.
+    # For a = b = 0, the second derivatives of the constraints give x'' = -0.3 - 0.09 and b'' = 0.
     y0[6] = -2.0 * 0.39
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -307,7 +307,7 @@ def test_velocities_that_jump_at_a_break_are_reported(method, rtol, jump, expect
 
 
 def reported_rates(motion, start, method="radau5", **options):
-    """Return the warnings on the velocity of a prescribed position, at rest until the start of the motion."""
+    """Return the warnings on the velocity of a prescribed position that is at rest until the start of the motion."""
 
     def residual(t, y, yp):
         return [yp[0] - y[1], yp[1] - y[2], y[0] - 1.0 - motion(max(t - start, 0.0))]
@@ -355,7 +355,7 @@ def test_a_smooth_break_requires_no_differences_with_all_variables(method, algeb
 
     of_first, *state = run((0, 1), np.zeros(n), np.zeros(n))
     of_second = run((1, 2), *state)[0]
-    # The start of an integration requires 2 n differences for the structure, and a break only a few evaluations.
+    # At the start of an integration, the structure requires 2 n differences. A break requires only a few evaluations.
     assert run((0, 2), np.zeros(n), np.zeros(n), [1.0])[0] < of_first + of_second - n
 
 

@@ -1,4 +1,4 @@
-"""Reasons of failures and remedies of `solve_dae`."""
+"""Reasons for failures of `solve_dae`, and remedies."""
 
 import itertools
 import math
@@ -30,7 +30,7 @@ def servo(t, y, yp):
 
 
 def flexible_joint(t, y, yp):
-    """The index is 5: a force on the first mass moves the second as prescribed."""
+    """Return F of two masses of index 5: a force on the first mass moves the second mass as prescribed."""
     return [yp[0] - y[1], yp[1] - y[2] + y[0] - y[4], yp[2] - y[3], yp[3] - y[0] + y[2], y[2] - np.sin(t)]
 
 
@@ -38,7 +38,7 @@ JOINT = ([0, 0, 0, 1, 0], [0, 0, 1, 0, -1])
 
 
 def solved(*arguments, **options):
-    """Return the solution and the texts of the warnings."""
+    """Return the solution and the text of each warning."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         s = solve_dae(*arguments, **options)
@@ -96,7 +96,7 @@ def brake(switch):
     return lambda t, y, yp: [yp[0] - np.sin(t) + y[1], y[1] - 0.8 * switch(y[0])]
 
 
-# Equations, end, start at which the sign is 1, variable with which F jumps, and the argument of the sign.
+# Equations, end time, start at which the sign is 1, variable with which F jumps, and argument of the sign.
 SWITCHED = [
     (relay, 5, ([1], [-1]), 0, lambda t, y, yp: y[0] - 0.3 * np.sin(t)),
     (friction, 20, ([0, 1], [1, -0.1]), 1, lambda t, y, yp: y[1]),
@@ -112,7 +112,7 @@ def test_remedies_for_jumps_that_hold_the_solution_work(equations, end, start, v
     s, _ = solved(equations(np.sign), (0, end), *start, **arguments)
     assert not s.success
     assert jumping(equations(np.sign), s, rtol, np.array([rtol]), s.t[-1])[1] == variable
-    # No argument of `solve_dae` helps.
+    # No argument of `solve_dae` helps, so the message does not suggest any.
     assert not re.findall("`|=|tolerances;", s.message.partition("; the equations")[2])
     width = WIDTH * rtol
     s, _ = solved(equations(lambda x: np.tanh(x / width)), (0, end), *start, **arguments)
@@ -169,7 +169,7 @@ def test_steep_functions_and_rounding_are_no_jumps(size, rtol, start):
 
 
 def test_looser_tolerances_are_suggested_for_tight_tolerances_only():
-    # Large systems are not searched for jumps.
+    # Jumps are not searched for in large systems.
     n = 201
     for rtol, suggested, other in ((1e-3, "tighter", "looser"), (1e-9, "looser", "tighter")):
         s, _ = solved(
@@ -196,7 +196,7 @@ def test_bdf_at_index_3_does_not_recommend_suppress():
 
 @pytest.mark.parametrize("t_eval", [None, [1, 2]])
 def test_bdf_at_index_3_warns_if_velocities_and_multiplier_are_excluded(t_eval):
-    """The error of the positions is 16 times the tolerances. The GGL form has index 2 and no warning."""
+    """The errors of the positions are 16 times the tolerances. There is no warning for the GGL form of index 2."""
     arguments = {"rtol": 1e-4, "atol": 1e-4, "t_eval": t_eval}
     s, texts = solved(pendulum, (0, 2), *PENDULUM, suppress=[0, 0, 1, 1, 1], **arguments)
     assert s.success and len(texts) == 1 and "[4]" in texts[0] and "index 3" in texts[0]
@@ -225,7 +225,7 @@ def test_warnings_of_the_start_come_before_the_integration(match, arguments):
         warnings.simplefilter("error")
         with pytest.raises(UserWarning, match=match):
             solve_dae(residual, (0, 2), *PENDULUM, rtol=1e-4, atol=1e-4, **arguments)
-    # Constraints on positions are checked before, over 3e-4 of the span.
+    # Constraints on positions are checked before the integration, over 3e-4 of the span.
     assert max(times) < 1e-3
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -233,7 +233,7 @@ def test_warnings_of_the_start_come_before_the_integration(match, arguments):
     assert [warning.filename for warning in caught if re.search(match, str(warning.message))] == [__file__]
 
 
-# The last run reaches the end of the span.
+# The last of these runs reaches the end of the span.
 @pytest.mark.parametrize(
     "arguments", [{"method": "bdf"}, {"method": "radau5"}, {"method": "radau9", "index": [2, 3, 1, 2, 3]}]
 )
@@ -280,7 +280,7 @@ def test_multipliers_with_wrong_initial_values_are_named(method, index, rtol):
         assert ["jump in the first step" in text for text in texts] == ([] if factor else [True])
 
 
-# Runs in which the multiplier after the first step is inaccurate by rounding, and runs in which the motion within it is fast.
+# Runs in which the multiplier after the first step has a large rounding error, or in which the motion in this step is fast.
 @pytest.mark.parametrize("method, angle, rtol, first_step", [
     ("radau5", 0.3, 1e-10, 1e-4), ("radau9", 0.0, 1e-7, 1e-4), ("radau13", 0.0, 1e-9, 1e-3),
 ])  # fmt: skip
@@ -301,7 +301,7 @@ def test_short_steps_from_the_start_on_name_a_first_step_that_works():
     arguments = {"method": "radau9", "index": [1, 2, 3], "rtol": 1e-6, "atol": 1e-8, "max_steps": 2000}
     s, _ = solved(servo, (0, 10), [0, 0, 1], [0, 1, 0], **arguments)
     assert not s.success and "`first_step`" in s.message
-    # The solution changes within a time of 1.
+    # The time scale of the solution is 1.
     s, _ = solved(servo, (0, 10), [0, 0, 1], [0, 1, 0], first_step=1e-3, **arguments)
     # Global errors of Radau IIA are at most 100 tolerances.
     assert s.success and abs(s.y[0, -1] - (1 - np.cos(10))) < 100 * 2e-6
@@ -385,7 +385,7 @@ def test_inaccurate_difference_quotients_name_arguments_that_work():
     for remedy in ({"jacobian": jacobian}, {"first_step": 1e-3}):
         s, _ = solved(relativistic, *arguments, rtol=1e-7, atol=1e-8, **remedy)
         assert s.success
-        # The energy sqrt(1 + p^2) + x^2/2 is 5.5; BDF's errors are up to 1000 tolerances of 5.5.
+        # The energy sqrt(1 + p^2) + x^2/2 is 5.5. The errors of BDF are up to 1000 tolerances, relative to 5.5.
         assert np.sqrt(1 + s.y[1, -1] ** 2) + s.y[0, -1] ** 2 / 2 == pytest.approx(5.5, rel=1e-4)
 
 
@@ -403,7 +403,7 @@ def test_functions_may_change_their_arguments(method):
     start = np.array([1.0, 0.0])
     s = solve_dae(oscillator, (0, 2), start, [0, -1], method, rtol=1e-6, atol=1e-8, events=event)
     assert (start == [1, 0]).all()
-    # BDF's errors are up to 100 tolerances here.
+    # The errors of BDF are up to 100 tolerances here.
     assert s.y[:, -1] == pytest.approx([np.cos(2), -np.sin(2)], abs=1e-4)
     assert s.t_events[0] == pytest.approx([np.pi / 3], abs=1e-4)
 
@@ -443,7 +443,7 @@ def test_an_entry_of_the_jacobian_that_is_wrong_near_the_end_is_named(method, t_
 @pytest.mark.parametrize("method", ["bdf", "radau5"])
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6])
 def test_a_turning_point_is_no_dependence_of_equations(method, rtol):
-    """The voltage of a line has no value for loads above a limit."""
+    """The equations of a line have no solution for loads above a limit."""
     reactance, ratio = 0.5, 0.3
 
     def residual(t, y, yp):
@@ -457,7 +457,7 @@ def test_a_turning_point_is_no_dependence_of_equations(method, rtol):
         residual, (0, 10), [0, 0, 1], [0.2, 0, 0], method, rtol=rtol, atol=0.01 * rtol, initial="algebraic"
     )
     limit = (np.sqrt(1 + ratio**2) - ratio) / (2 * reactance)
-    # The square root ends at the limit; the load itself is linear in time.
+    # The solution, a square root, ends at the limit, and the load is linear in time.
     assert not s.success and 0.2 * s.t[-1] == pytest.approx(limit, rel=rtol)
     assert not any("do not determine" in text for text in [s.message, *notes])
 
@@ -475,8 +475,8 @@ def test_quotients_at_kinks_and_rounding_do_not_refute_a_jacobian():
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-4])
 def test_both_remedies_for_inaccurate_quotients_work(rtol):
-    # BDF displaces y' by the tolerance of y divided by the step, over which the cube of y' is not linear. Newton's method
-    # then fails in every second step.
+    # BDF displaces y' by the tolerance of y divided by the step size. As the cube of y' is not linear over this distance,
+    # Newton's method fails in every second step.
     def coupled(t, y, yp):
         a, b, da, db = np.sin(t), np.cos(2 * t), np.cos(t), -2 * np.sin(2 * t)
         first = yp[0] + 0.2 * yp[1] ** 3 - da - 0.2 * db**3 + 0.5 * (y[1] - b)
@@ -492,7 +492,7 @@ def test_both_remedies_for_inaccurate_quotients_work(rtol):
     assert s.status < 0 and "jacobian" in s.message and "tolerances" in s.message
     for options in ({"rtol": rtol, "jacobian": jacobian}, {"rtol": 1e-6}):
         s = run(**options)
-        # The documentation promises at most 1000 tolerances for BDF.
+        # According to the documentation, errors of BDF are at most 1000 tolerances.
         assert s.success and abs(s.y[0, -1] - np.sin(6)) < 1000 * options["rtol"], s.message
 
 
@@ -663,7 +663,7 @@ def test_a_break_beside_the_jump_is_named(method):
 
 
 def ring_modulator(t, y, yp):
-    """Ring modulator without the capacities at its diodes (Mazzia, Magherini: Test Set for IVP Solvers, 2008, problem ring).
+    """Ring modulator without capacitors at its diodes (Mazzia, Magherini: Test Set for IVP Solvers, 2008, problem ring).
 
     The voltages y[2:6] have the index 2 while the diodes block.
     """
@@ -695,7 +695,7 @@ AT_DIODES = np.array([2 <= j < 6 for j in range(15)])
 
 
 def ring_modulator_matrices(t, y, yp):
-    """Central differences, accurate to six digits for exponents up to 1e3."""
+    """Return central differences, which are accurate to six digits for exponents up to 1e3."""
     steps = 1e-6 * np.eye(15)
     columns = [ring_modulator(t, y + step, yp) - ring_modulator(t, y - step, yp) for step in steps]
     return np.array(columns).T / 2e-6, np.diag(~AT_DIODES).astype(float)
@@ -725,7 +725,7 @@ def test_the_remedy_works_where_the_index_varies(method, rtol, jacobian):
     assert not s.success and again.success and exact.success, [s.message, again.message, exact.message]
     assert "do not determine" not in s.message
     assert "[2, 3, 4, 5" in s.message and ("`suppress`" if method == "bdf" else "`index`") in s.message
-    # One hundred tolerances, as in the guide.
+    # The bound is one hundred tolerances, as stated in the guide.
     np.testing.assert_allclose(again.y[:2, -1], exact.y[:2, -1], rtol=0, atol=100 * rtol)
 
 
@@ -761,7 +761,7 @@ def test_bdf_names_the_jacobian_if_a_first_step_with_sensitivities_fails():
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
 def test_poles_are_named_if_most_steps_are_close_to_them(rtol):
-    # Regression: the derivatives grew within the last of 1500 steps only, so tolerances or `suppress` were suggested.
+    # Regression: tolerances or `suppress` were suggested, because the derivatives grew only in the last of 1500 steps.
     with pytest.warns(UserWarning, match=r"variables \[1\] .* grow without bound"):
         s = solve_dae(
             lambda t, y, yp: [yp[0] - 1, np.cos(y[0]) * y[1] - 1], (0, 4), [0, 1], [1, 0], "bdf", rtol=rtol, atol=rtol

@@ -1,11 +1,11 @@
-"""Kinks of algebraic equations, which difference quotients do not resolve."""
+"""Kinks of algebraic equations that difference quotients do not resolve."""
 
 import numpy as np
 import pytest
 from myovib import solve_dae
 
 METHODS = ["bdf", "radau5", "radau9", "radau13"]
-# Errors may be several tolerances, and BDF's are the largest.
+# Largest allowed error, in tolerances. The errors of BDF are the largest.
 LIMIT = 20
 
 
@@ -64,7 +64,8 @@ def jacobian_of_diode(conductance):
 
 @pytest.mark.parametrize(("conductance", "rtol"), [(1e3, 1e-3), (1e4, 1e-4)])
 def test_rates_of_convergence_before_a_kink_are_not_used_after_it(conductance, rtol):
-    # Regression: errors of 250 and 148 tolerances. F is linear on each side, where Newton's method needs one iteration.
+    # Regression: errors were 250 and 148 tolerances. F is linear on each side of the kink, so Newton's method requires only
+    # one iteration.
     inner = conductance / (1 + conductance)
     s = solve_dae(
         diode(conductance), (0, 10), [0, 0, 0], [0, 5 / (1 + conductance), 5 * inner], "bdf", rtol=rtol,
@@ -81,7 +82,8 @@ def test_rates_of_convergence_before_a_kink_are_not_used_after_it(conductance, r
 @pytest.mark.parametrize("method", ["radau5", "radau9", "radau13"])
 @pytest.mark.parametrize("rtol", [1e-3, 1e-5])
 def test_remedies_at_kinks_work(method, rtol):
-    # With outputs, an exact Jacobian of one side of the kink stops Radau IIA where difference quotients succeed.
+    # With `t_eval`, Radau IIA stops if the exact Jacobian belongs to one side of the kink, but succeeds with difference
+    # quotients.
     g = 10.0
     outputs = np.linspace(0, 10, 11)
 
@@ -111,7 +113,7 @@ def test_remedies_at_kinks_work(method, rtol):
         rtol=1e-10, atol=1e-12, max_step=0.05,
     ).y[0, -1]  # fmt: skip
     for remedy in (run(diode(g)), run(smooth), run(smooth, jacobian=jacobian)):
-        # The smooth function differs by at most half of its width.
+        # The smooth function differs from the function with the kink by at most half of the width.
         assert remedy.success and abs(remedy.y[0, -1] - exact) < LIMIT * rtol * 5 + width / 2, remedy.message
 
 
@@ -141,8 +143,8 @@ def test_kinks_are_passed_while_all_other_variables_rest(method, rate):
 
 @pytest.mark.parametrize("threshold", [0.8, 0.9])
 def test_no_pulse_after_a_pause_is_skipped_by_bdf(threshold):
-    # Regression: steps doubled in each pause, and all of these runs lost at least half a pulse. Pulses of 0.20 and 0.14
-    # periods.
+    # Regression: step sizes doubled in each pause, and all of these runs missed at least half a pulse. The pulses last 0.20
+    # and 0.14 periods.
     half_width = np.arccos(threshold)
     area = 2 * (np.sin(half_width) - threshold * half_width)
     skipped = []
@@ -153,7 +155,7 @@ def test_no_pulse_after_a_pause_is_skipped_by_bdf(threshold):
                 rtol=rtol, atol=rtol * area,
             )  # fmt: skip
             assert s.success, s.message
-            # The error of all pulses is far below half a pulse.
+            # The total error of all pulses is much smaller than half a pulse.
             if abs(periods - s.y[0, -1] / area) > 0.5:
                 skipped.append((periods, rtol))
     assert not skipped
@@ -161,7 +163,7 @@ def test_no_pulse_after_a_pause_is_skipped_by_bdf(threshold):
 
 @pytest.mark.parametrize("method, rtol", [("radau13", 1e-6), ("radau9", 1e-10)])
 def test_kinks_within_steps_are_found_without_dense_output(method, rtol):
-    # An oscillator with a spring that acts on one side only. Errors were 890 and 12 000 tolerances.
+    # Regression: for an oscillator with a spring that acts on one side only, errors were 890 and 12 000 tolerances.
     def residual(t, y, yp):
         return [yp[0] - y[1], yp[1] + y[0] + y[2], y[2] - 3.0 * max(0.0, y[0])]
 
@@ -174,7 +176,8 @@ def test_kinks_within_steps_are_found_without_dense_output(method, rtol):
 @pytest.mark.parametrize("method", ["radau5", "radau9", "radau13"])
 @pytest.mark.parametrize("rtol", [1e-4, 1e-5])
 def test_pulses_within_steps_are_found_without_dense_output(method, rtol):
-    # A rectifier: pulses of 1 ns charge the capacitor in each period of 10 ns. Errors were up to 8400 tolerances.
+    # Regression: for a rectifier whose capacitor is charged by a pulse of 1 ns in each period of 10 ns, errors were up to
+    # 8400 tolerances.
     omega = 2e8 * np.pi
 
     def residual(t, y, yp):
@@ -192,7 +195,7 @@ def test_pulses_within_steps_are_found_without_dense_output(method, rtol):
 
 @pytest.mark.parametrize("has_jacobian", [False, True])
 def test_a_kink_far_from_the_last_output_is_named(has_jacobian):
-    # An ideal diode takes over the current of a coil that runs empty. The stops are 0.05 µs after an output.
+    # An ideal diode carries the current of a coil until the current reaches zero. The stops are 0.05 µs after an output.
     inductance, leak, voltage, resistance = 1e-5, 1e-5, 5.0, 0.05
 
     def residual(t, y, yp):

@@ -9,12 +9,12 @@ from scipy.sparse.linalg import spsolve
 
 from test_dae_diagnosis import JOINT, PENDULUM, flexible_joint, pendulum, solved
 
-# More blocks of five variables than dense matrices are computed for.
+# Smallest number of blocks of five variables for which dense matrices are not computed.
 BLOCKS = LARGEST // 5 + 1
 
 
 def blocks_of(function, n_blocks=BLOCKS):
-    """Return F of independent blocks, and its sparsity."""
+    """Return F of a system of independent blocks, and its sparsity pattern."""
 
     def residual(t, y, yp):
         pairs = zip(y.reshape(n_blocks, -1), yp.reshape(n_blocks, -1), strict=True)
@@ -24,9 +24,9 @@ def blocks_of(function, n_blocks=BLOCKS):
 
 
 def stokes(n_cells, with_gauge):
-    """Return Stokes flow on a staggered grid with the velocity (1 + t) U: F, sparsity, U, pressure and index.
+    """Return F, sparsity, U, pressure and index of Stokes flow on a staggered grid with the velocity (1 + t) U.
 
-    `with_gauge` fixes a value of the pressure.
+    `with_gauge` states whether one value of the pressure is prescribed.
     """
     h, identity = 1.0 / n_cells, sp.identity(n_cells)
     d = sp.diags([-np.ones(n_cells), np.ones(n_cells)], [0, 1], shape=(n_cells - 1, n_cells)) / h
@@ -56,7 +56,7 @@ def test_an_undetermined_pressure_of_a_large_system_is_no_success(method, n_cell
         s, texts = solved(residual, (0, 1), *start, method, index=index, sparsity=sparsity, max_steps=2000)
         assert s.success == with_gauge, s.message
         if with_gauge:
-            # A hundred times the default relative tolerance.
+            # The bound is a hundred times the default relative tolerance.
             assert np.abs(s.y[: len(u), -1] - 2.0 * u).max() < 100 * 1e-4 * np.abs(u).max()
             assert not texts
         else:
@@ -79,7 +79,7 @@ def test_stated_indices_of_a_large_system_are_compared_with_the_equations(index,
 
 
 def test_sparse_and_dense_structures_agree():
-    """Both describe the same blocks; the sparse one has one more."""
+    """Compare structures of the same blocks. The sparse system has one more block than the dense system."""
     for function, start in [(pendulum, PENDULUM), (flexible_joint, JOINT)]:
         found = []
         for n_blocks in (BLOCKS - 1, BLOCKS):
@@ -100,7 +100,7 @@ def test_sparse_and_dense_structures_agree():
 
 
 def coupled(t, y, yp):
-    """Two capacitors in series, whose currents determine only the difference of both derivatives: y0 + y1 = 1."""
+    """Two capacitors in series with y0 + y1 = 1. Each equation contains only the difference of both derivatives."""
     current = yp[0] - yp[1]
     return [current + y[0] - 1.0, -current + y[1]]
 
@@ -113,7 +113,7 @@ def test_violated_combinations_of_equations_are_rejected(method, rate):
         solve_dae(coupled, (0, 1), [0.8, 0.5], [rate, 0], method)
     # (y0 − y1)′ = y1 and y0 + y1 = 1.
     s = solve_dae(coupled, (0, 1), [0.65, 0.35], [0.175, -0.175], method)
-    # A hundred times the default relative tolerance.
+    # The bound is a hundred times the default relative tolerance.
     assert s.success and s.y[:, -1] == pytest.approx([1 - 0.35 * np.exp(-0.5), 0.35 * np.exp(-0.5)], rel=1e-2)
 
 
@@ -132,7 +132,7 @@ def beyond_a_threshold(t, y, yp):
 
 @pytest.mark.parametrize("function", [small, quadratic, beyond_a_threshold])
 def test_combinations_with_derivatives_are_no_contradiction(function):
-    """In all of them, dF/dy' has the rank 1 at the start, or nearly so, and no y contradicts the equations."""
+    """In each function, dF/dy' has the rank 1 at the start, at least nearly, but no y violates the equations."""
     y, yp = np.array([0.8, 0.5]), np.zeros(2)
     structure = Structure.at(function, 0.0, y, yp, 1e-6 * y)
     assert structure.has_free_rates()
@@ -153,7 +153,7 @@ def beam(n):
 
 
 def ladder(n):
-    """Return the conductances of a ladder of resistors, of 1e6 along and of 1e-3 to ground."""
+    """Return the matrix of a ladder of resistors with conductances of 1e6 along the ladder and of 1e-3 to ground."""
     d = sp.diags([1.0, -2.0, 1.0], [-1, 0, 1], shape=(n, n))
     return (-1e6 * d + 1e-3 * sp.identity(n)).tocsr()
 
@@ -179,7 +179,7 @@ def test_badly_scaled_conductances_are_not_singular():
 
 
 def test_a_variable_in_all_equations_is_no_obstacle():
-    """Regression: an exception of SuperLU, because a column had 300 equal entries."""
+    """Regression: SuperLU raised an exception, because a column had 300 equal entries."""
     n = 300
 
     def branches(t, y, yp):
@@ -192,7 +192,7 @@ def test_a_variable_in_all_equations_is_no_obstacle():
     pattern[:, :2] = 1.0
     start = (np.r_[0.65, 0.35, np.full(n - 2, 0.35)], np.r_[0.175, -0.175, np.zeros(n - 2)])
     s, _ = solved(branches, (0, 1), *start, "radau5", sparsity=pattern)
-    # A hundred times the default relative tolerance.
+    # The bound is a hundred times the default relative tolerance.
     assert s.success and s.y[2, -1] == pytest.approx(0.35 * np.exp(-0.5), rel=1e-2)
 
 

@@ -17,7 +17,7 @@ def source(t):
 
 
 def rectifier(diode):
-    """Return F of a voltage and a current in A, in which `diode` is min or a smooth function."""
+    """Return F of a rectifier for a voltage and a current in A. `diode` is min or a smooth function."""
 
     def residual(t, y, yp):
         voltage, current = y
@@ -31,7 +31,7 @@ def warnings_of_outputs(texts):
 
 
 def test_outputs_that_violate_equations_are_reported():
-    # In some of these runs, a step passes a pulse of the current. Voltages are of order 5, and currents of order 0.1.
+    # In some of these runs, a step misses a pulse of the current. Voltages are about 5, and currents are about 0.1.
     reported = 0
     for method in ("bdf", "radau5"):
         for rtol in (1e-4, 1e-5, 1e-6, 1e-7, 1e-8):

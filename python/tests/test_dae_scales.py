@@ -1,4 +1,4 @@
-"""solve_dae in other units, at late times, with short inputs, and with arguments that it rejects."""
+"""`solve_dae` in other units, at late times, with short inputs, and with arguments that it rejects."""
 
 import time
 import warnings
@@ -38,12 +38,12 @@ def pendulum(unit, index):
 @pytest.mark.parametrize("method", RADAU)
 def test_steps_do_not_depend_on_the_unit_of_time(method, index):
     steps = [solve_dae(method=method, **pendulum(unit, index)).nsteps for unit in (1, 1e-6, 1e-3, 1e3, 1e6)]
-    # Rounding changes up to 5 of the 48 steps of order 13.
+    # Because of rounding errors, the number of 48 steps of order 13 changes by up to 5.
     assert np.abs(np.array(steps) / steps[0] - 1).max() < 0.15, steps
 
 
 def rectifier(t, y, yp):
-    """50 Hz, RC = 0.1 s: the diode conducts for 2 ms of each period of 20 ms."""
+    """Rectifier for 50 Hz with RC = 0.1 s, whose diode conducts for 2 ms of each period of 20 ms."""
     current = 1e-12 * (np.exp(min((10 * np.sin(100 * np.pi * t) - y[0]) / 0.02585, 100)) - 1)
     return [1e-4 * yp[0] - y[1] + y[0] / 1e3, y[1] - current]
 
@@ -56,8 +56,8 @@ def test_no_conduction_of_a_rectifier_is_skipped(method, tolerance):
         rectifier, (0, 0.1), [0, 0], [0, 0], method, rtol=tolerance, atol=[tolerance, tolerance / 100],
         suppress=suppress,
     )  # fmt: skip
-    # The value of SciPy's Radau at 1e-9. A skipped period costs 1.5 V; errors of a conduction, within 100
-    # tolerances of 10 V, decay by exp(-0.2) per period.
+    # The reference is from SciPy's Radau at 1e-9. A skipped period would cause an error of 1.5 V. The error of each
+    # charging pulse is at most 100 tolerances of 10 V and decays by exp(-0.2) per period.
     assert s.y[0, -1] == pytest.approx(8.108698, abs=1e3 * tolerance + 1e-6)
 
 
@@ -79,7 +79,7 @@ def test_a_late_start_does_not_shorten_the_first_step_below_rounding():
     late = 1e8
     s = solve_dae(lambda t, y, yp: [yp[0] - np.cos(t - late)], (late, late + 20), [0], [1], "radau9")
     assert s.success, s.message
-    # Local errors of 1e-4 in about 20 steps.
+    # The bound covers local errors of 1e-4 in about 20 steps.
     assert s.y[0, -1] == pytest.approx(np.sin(20), abs=2e-3)
 
 
@@ -142,7 +142,7 @@ def test_the_first_step_that_a_message_names_passes_the_error_test(index, rtol, 
     with pytest.warns(UserWarning, match="`first_step=") as caught:
         s = solve_dae(*start, **arguments, t_eval=t_eval)
     assert s.nsteps == 0 and len(caught) == 1
-    # The other remedies are not in the call already.
+    # A remedy is suggested only if the call does not already contain it.
     assert ("initial=" in s.message) == (index == 2)
     assert solve_dae(*start, **arguments, first_step=float(s.message.split("`first_step=")[1].split("`")[0])).success
 
@@ -153,7 +153,7 @@ def test_many_failed_error_tests_by_an_algebraic_variable_are_explained():
 
 
 def test_many_failed_error_tests_at_coupling_capacitors_are_explained():
-    """The amplifier with transistors of Hairer and Wanner (1996)."""
+    """Integrate the transistor amplifier of Hairer and Wanner (1996)."""
     mass = 1e-6 * np.array([1, 1, 2, 3, 3, 4, 5, 5])
 
     def residual(t, y, yp):
@@ -200,7 +200,7 @@ def test_the_unit_of_time_does_not_affect_first_steps(method, unit):
 
     s = solve_dae(decay, (0, 2 * unit), [1, 1], [-1 / unit, 0], method, rtol=1e-6, atol=1e-8)
     assert s.success, s.message
-    # Global errors of a few tolerances.
+    # Global errors are a few tolerances.
     assert s.y[:, -1] == pytest.approx([np.exp(-2), np.exp(-4)], rel=1e-5)
 
 
@@ -216,7 +216,7 @@ def test_indices_are_compared_in_any_units(mass, length):
     atol = 1e-6 * np.array([length, length, np.sqrt(length), np.sqrt(length), mass / length])
     start = ([length, 0, 0, 0, 0], [0, 0, 0, -9.81, 0])
     arguments = dict(rtol=1e-6, atol=atol, max_steps=2)
-    # At this position, the vertical velocity has no constraint.
+    # At this position, the vertical velocity is not constrained.
     with pytest.warns(UserWarning, match=r"variables \[2, 4\] .* the indices \[2, 3\], but `index` states \[1, 2\]"):
         solve_dae(residual, (0, 1), *start, "radau5", index=[1, 1, 1, 1, 2], **arguments)
     with warnings.catch_warnings():
@@ -279,7 +279,7 @@ def test_an_index_above_1_is_reported_in_any_units(resistance, method):
 @pytest.mark.parametrize("conductance", [1e6, 1e8, 1e9])
 @pytest.mark.parametrize("n_cells", [1, 80])
 def test_widely_different_coefficients_are_not_an_index_above_1(conductance, method, n_cells):
-    # Regression: two nodes of an electrode, joined by a metal strip, had an index above 1 from 1e8 on.
+    # Regression: two nodes of an electrode that are joined by a metal strip had an index above 1 for values of 1e8 and more.
     def electrode(y, yp):
         charge, a, b = y
         strip = conductance * (a - b)

@@ -1,4 +1,4 @@
-"""Forward sensitivities of solve_dae against exact derivatives and differences of runs."""
+"""Forward sensitivities of `solve_dae`, compared with exact derivatives and with difference quotients of runs."""
 
 import math
 import warnings
@@ -13,12 +13,12 @@ METHODS = ["bdf", "radau5", "radau9", "radau13"]
 
 
 def decay(t, y, yp, p):
-    """y' = −p₀ y with the algebraic variable z = p₁ y²."""
+    """Return F of y' = −p₀ y with the algebraic variable z = p₁ y²."""
     return [yp[0] + p[0] * y[0], y[1] - p[1] * y[0] ** 2]
 
 
 def exact_decay(t, p):
-    """dy/dp and dz/dp for y(0) = 1, shape (2, 2, m)."""
+    """Return dy/dp and dz/dp for y(0) = 1, with the shape (2, 2, m)."""
     y = np.exp(-p[0] * t)
     return np.array([[-t * y, 0.0 * t], [-2.0 * t * p[1] * y**2, y**2]])
 
@@ -30,7 +30,7 @@ def test_derivatives_of_an_exponential_and_of_an_algebraic_variable(method, rtol
     p = np.array([0.7, 3.0])
     s = solve_dae(decay, (0, 2), [1, 3], [-0.7, -4.2], method, parameters=p, rtol=rtol, atol=rtol, t_eval=t_eval)
     assert s.success and s.dy_dp.shape == (2, 2, s.t.size)
-    # The guide states 100 tolerances for Radau IIA and 1000 for BDF.
+    # The guide states errors of up to 100 tolerances for Radau IIA and 1000 for BDF.
     bound = (1000 if method == "bdf" else 100) * rtol
     np.testing.assert_allclose(s.dy_dp, exact_decay(s.t, p), rtol=0, atol=bound)
 
@@ -42,7 +42,7 @@ def test_given_and_differenced_parameter_derivatives_agree(method):
 
     common = dict(t_span=(0, 2), y0=[1, 3], yp0=[-0.7, -4.2], method=method, parameters=[0.7, 3.0], rtol=1e-6)
     given, differenced = (solve_dae(decay, df_dp=own, **common) for own in (df_dp, None))
-    # Central differences have relative errors of eps^(2/3) = 4e-11; steps may differ by rounding.
+    # Central differences have relative errors of eps^(2/3) = 4e-11, and the steps may differ because of rounding.
     np.testing.assert_allclose(given.dy_dp[:, :, -1], differenced.dy_dp[:, :, -1], rtol=0, atol=1e-6)
 
 
@@ -56,7 +56,7 @@ def test_radau_takes_the_same_steps_with_sensitivities():
 
 
 def pendulum(t, y, yp, p):
-    """Pendulum of length p₀ under gravity p₁, in Cartesian coordinates."""
+    """Return F of a pendulum of length p₀ under gravity p₁, in Cartesian coordinates."""
     x, z, u, w, tension = y
     return [yp[0] - u, yp[1] - w, yp[2] + tension * x, yp[3] + tension * z + p[1], x * x + z * z - p[0] ** 2]
 
@@ -70,7 +70,7 @@ def pendulum_at(length, gravity, rtol, t_end=1.0, **options):
 
 def test_sensitivities_of_index_3_agree_with_differences():
     p = np.array([1.0, 9.81])
-    # The initial position depends on the length, and at rest y' of the velocity on gravity only.
+    # The initial position depends on the length. At rest, the acceleration depends only on gravity.
     start = np.zeros((5, 2))
     start[0, 0] = 1.0
     s = pendulum_at(*p, 1e-8, parameters=p, dy0_dp=start)
@@ -81,15 +81,15 @@ def test_sensitivities_of_index_3_agree_with_differences():
         changed[1][j] -= step
         ends = [pendulum_at(*q, 1e-11, args=(q,)).y[:, -1] for q in changed]
         reference = (ends[0] - ends[1]) / (2.0 * step)
-        # The differences have errors of about step² = 1e-8 and of 1e-11/step times the errors of the runs.
+        # The difference quotients have errors of about step² = 1e-8, and errors of the runs, 1e-11, divided by the step.
         np.testing.assert_allclose(s.dy_dp[:4, j, -1], reference[:4], rtol=1e-5, atol=1e-5)
-        # Multipliers have an order less.
+        # The order of multipliers is lower by one.
         np.testing.assert_allclose(s.dy_dp[4, j, -1], reference[4], rtol=1e-3)
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_sensitivities_continue_after_a_break(method):
-    """y' = −p y + b(t), z = p b(t) + y, where b jumps from 0 to 1 at t = 1."""
+    """Integrate y' = −p y + b(t) and z = p b(t) + y, where b jumps from 0 to 1 at t = 1."""
 
     def driven(t, y, yp, p):
         b = float(t > 1.0)
@@ -100,7 +100,7 @@ def test_sensitivities_continue_after_a_break(method):
     since = np.maximum(times - 1.0, 0.0)
     y = -times * np.exp(-p * times)
     y = y + (since * np.exp(-p * since) * p - (1.0 - np.exp(-p * since))) / p**2
-    # One hundred tolerances, as above.
+    # The bounds are one hundred tolerances, as above.
     np.testing.assert_allclose(s.dy_dp[0, 0], y, rtol=0, atol=1e-5)
     np.testing.assert_allclose(s.dy_dp[1, 0], y + (times > 1.0), rtol=0, atol=1e-5)
 
@@ -114,13 +114,13 @@ def test_a_run_ends_at_an_event_with_its_sensitivities(method):
     s = solve_dae(decay, (0, 5), [1, 3], [-0.7, -4.2], method, parameters=[0.7, 3.0], events=half, rtol=1e-7, atol=1e-9)
     assert s.status == 1
     exact = exact_decay(s.t[-1:], [0.7, 3.0])
-    # One hundred tolerances, as above.
+    # The bound is one hundred tolerances, as above.
     np.testing.assert_allclose(s.dy_dp[:, :, -1:], exact, rtol=0, atol=1e-5)
 
 
 @pytest.mark.parametrize("method", ["bdf", "radau5"])
 def test_large_sparse_systems_have_sensitivities(method):
-    """201 copies of the decay, of which the algebraic rows of dy0_dp are not given."""
+    """Integrate 201 copies of the decay, without the algebraic rows of dy0_dp."""
     n = 201
 
     def copies(t, y, yp, p):
@@ -130,7 +130,7 @@ def test_large_sparse_systems_have_sensitivities(method):
     y0, yp0 = np.r_[np.ones(n), np.full(n, 3.0)], np.r_[np.full(n, -0.7), np.full(n, -4.2)]
     s = solve_dae(copies, (0, 2), y0, yp0, method, parameters=[0.7, 3.0], sparsity=pattern, rtol=1e-6, atol=1e-6)
     exact = exact_decay(s.t, [0.7, 3.0])
-    # 100 tolerances for Radau IIA and 1000 for BDF, as above.
+    # The bound is 100 tolerances for Radau IIA and 1000 for BDF, as above.
     np.testing.assert_allclose(s.dy_dp[[0, n]], exact, rtol=0, atol=1e-3 if method == "bdf" else 1e-4)
 
 
@@ -165,7 +165,7 @@ def test_a_failure_in_the_derivative_ends_the_run():
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("time", [1e-9, 1e6])
 def test_sensitivities_are_independent_of_the_unit_of_time(method, time):
-    """Regression: by BDF, the derivatives had errors of 17 % if the span was 2e-9."""
+    """Regression: with BDF, the derivatives had errors of 17 % if the span was 2e-9."""
 
     def cubic(t, y, yp, p):
         return time * yp + p * y**3
@@ -173,13 +173,13 @@ def test_sensitivities_are_independent_of_the_unit_of_time(method, time):
     s = solve_dae(cubic, (0, 2 * time), [1], [-1 / time], method, parameters=[1.0], rtol=1e-5, atol=1e-8)
     # y = (1 + 2 p t/T)^(-1/2).
     exact = -(s.t / time) * (1 + 2 * s.t / time) ** -1.5
-    # One hundred tolerances, as above.
+    # The bound is one hundred tolerances, as above.
     np.testing.assert_allclose(s.dy_dp[0, 0], exact, rtol=0, atol=1e-3)
 
 
 @pytest.mark.parametrize("breaks", [(), (0.5,)])
 def test_results_up_to_an_undefined_derivative_are_kept(breaks):
-    """Regression: the failure at the start of the second part left `solve_dae`."""
+    """Regression: `solve_dae` raised an exception if the derivative failed at the start of the second part."""
 
     def df_dp(t, y, yp, p):
         if t > 0.5:
@@ -188,7 +188,7 @@ def test_results_up_to_an_undefined_derivative_are_kept(breaks):
 
     s = solve_dae(decay, (0, 2), [1, 3], [-0.7, -4.2], "radau5", parameters=[0.7, 3.0], df_dp=df_dp, breaks=breaks)
     assert s.status == -1 and 0 < s.t[-1] <= 0.5
-    # One hundred times the default tolerance of 1e-4.
+    # The bound is one hundred times the default tolerance of 1e-4.
     np.testing.assert_allclose(s.dy_dp, exact_decay(s.t, [0.7, 3.0]), rtol=0, atol=1e-2)
 
 
@@ -200,7 +200,7 @@ def test_parameters_at_the_edge_of_their_domain(method):
         return [yp[0] + p[0] * y[0]]
 
     s = solve_dae(limited, (0, 2), [1], [-0.7], method, parameters=[0.7], rtol=1e-6, atol=1e-9)
-    # One-sided differences have errors of 6e-6; 1000 tolerances for BDF.
+    # One-sided differences have errors of 6e-6, and BDF has errors of up to 1000 tolerances.
     np.testing.assert_allclose(s.dy_dp[0, 0], -s.t * np.exp(-0.7 * s.t), rtol=0, atol=1e-3)
 
 
@@ -230,7 +230,7 @@ def test_parameters_precede_other_arguments():
 def test_sensitivities_to_the_initial_angle_are_consistent_where_entries_vanish(rtol):
     """Regression: the derivative 2 z of the constraint vanishes at the start, but its difference quotient does not."""
     start = np.zeros((5, 1))
-    # x = cos θ, z = sin θ at θ = 0, and the tension v² − g z = −g sin θ.
+    # At θ = 0: x = cos θ, z = sin θ, and the tension v² − g z = −g sin θ.
     start[[1, 4], 0] = 1.0, -9.81
 
     def equations(t, y, yp, p):
@@ -241,7 +241,7 @@ def test_sensitivities_to_the_initial_angle_are_consistent_where_entries_vanish(
     s = solve_dae(equations, (0, 0.5), y0, yp0, "radau5", parameters=[0.0], dy0_dp=start, **options)
     x, z = s.y[:2, -1]
     dx, dz = s.dy_dp[:2, 0, -1]
-    # The derivative of x² + z² = 1.
+    # The sensitivities satisfy the derivative of x² + z² = 1.
     assert s.success and abs(x * dx + z * dz) < 10 * rtol
     assert abs(dz) > 0.1
 
@@ -253,7 +253,7 @@ def test_a_parameter_of_zero_may_have_any_unit(method, unit, is_given):
     """Regression: the increment and the scale of the error test belonged to a parameter of size 1."""
 
     def equations(t, y, yp, p):
-        # Overflows for trial sizes of the parameter.
+        # The exponential function overflows for some trial sizes of the parameter.
         return [yp[0] + math.exp(p[0] / unit) * y[0], y[1] - y[0] * (1.0 + np.sin(p[0] / unit))]
 
     def df_dp(t, y, yp, p):
@@ -264,7 +264,7 @@ def test_a_parameter_of_zero_may_have_any_unit(method, unit, is_given):
         equations, (0, 2), [1, 1], [-1, -1], method, parameters=[0.0], df_dp=df_dp if is_given else None, **tolerances
     )
     exact = np.array([-s.t, 1.0 - s.t]) * np.exp(-s.t)
-    # 1000 tolerances for BDF and 100 for Radau IIA, as above.
+    # The bound is 1000 tolerances for BDF and 100 for Radau IIA, as above.
     np.testing.assert_allclose(unit * s.dy_dp[:, 0], exact, rtol=0, atol=1e-3 if method == "bdf" else 1e-4)
 
 
@@ -282,8 +282,8 @@ def test_evaluations_for_sensitivities_are_counted(method):
     s = solve_dae(chain, (0, 1), np.ones(n), -np.ones(n), method, parameters=[1.0], **options)
     assert s.success and s.nfev == len(calls)
     if method == "bdf":
-        # Each attempt is linearized once: by central differences, 4 (n + 1) evaluations, and 2 for dF/dp; and the
-        # equations themselves, at most 4 evaluations, and one-sided differences in each matrix setup.
+        # Each attempt requires one linearization by central differences, with 4 (n + 1) evaluations and 2 for dF/dp, and
+        # a few evaluations of the equations. Each matrix setup requires one-sided differences.
         attempts = s.nsteps + s.netf + s.ncfn + 1
         structure = 8 * n
         assert s.nfev <= attempts * (4 * (n + 1) + 2 + 8) + s.nlu * (n + 1) + structure + 100
@@ -308,7 +308,7 @@ def test_sensitivities_of_velocities_must_satisfy_hidden_constraints(angle, spee
     assert solve_dae(pendulum, (0, 0.2), y0, yp0, "radau5", dy0_dp=dy0_dp, **options).success
     for j in range(2):
         wrong = dy0_dp.copy()
-        # A change of velocity along the pendulum.
+        # The velocity changes along the pendulum.
         wrong[2:4, j] += 0.3 * y0[:2]
         with pytest.raises(ValueError, match=rf"dy0_dp.*equation 4.*parameters\[{j}\]"):
             solve_dae(pendulum, (0, 0.2), y0, yp0, "radau5", dy0_dp=wrong, **options)
@@ -346,13 +346,13 @@ def test_one_of_two_derivatives_at_a_kink_of_a_parameter_is_accepted():
 
 
 def test_derivatives_below_the_rounding_of_their_equation_are_accepted():
-    """The quotient of 1e12 (y' + y) + p y is zero, because the change is lost by rounding."""
+    """The difference quotient of 1e12 (y' + y) + p y is zero, because the change is lost by rounding."""
 
     def residual(t, y, yp, p):
         return 1e12 * (yp + y) + p * y
 
     s = solve_dae(residual, (0, 1), [1.0], [-1.0], "radau5", parameters=[1.0], df_dp=lambda t, y, yp, p: y[:, None])
-    # dy/dp = -1e-12 t exp(-t); one hundred tolerances of 1e-3 |dy/dp| at the most.
+    # dy/dp = -1e-12 t exp(-t). The bound is at most one hundred tolerances of 1e-3 |dy/dp|.
     assert s.success and abs(s.dy_dp[0, 0, -1] + 1e-12 * math.exp(-1.0)) < 1e-13
 
 
@@ -365,7 +365,7 @@ def test_a_parameter_at_the_edge_of_its_domain_is_accepted_with_df_dp():
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("n", [5, 300])
 def test_sensitivities_continue_after_a_break_at_which_algebraic_variables_jump(method, n):
-    """Regression: Radau methods stopped after the break with more than 200 variables."""
+    """Regression: for more than 200 variables, Radau methods stopped after the break."""
     neighbors = [sorted({i, (i - 1) % n, (i + 1) % n}) for i in range(n)]
     rows, columns = zip(*((i, j) for i in range(n) for j in (neighbors[i] if i else [0])), strict=True)
     pattern = coo_array((np.ones(len(rows)), (rows, columns)), shape=(n, n)).tocsc()
@@ -413,7 +413,7 @@ def test_df_dp_may_use_the_equations(y0):
     ],
 )
 def test_exact_velocities_of_pendulums_are_accepted(length, gravity, angle, rate, t0, span):
-    """Regression: rounding errors were taken for violations of hidden constraints."""
+    """Regression: rounding errors were reported as violations of hidden constraints."""
     c, s = math.cos(angle), math.sin(angle)
     x, z = length * c, length * s
     multiplier = rate**2 - gravity * z / length**2
@@ -438,7 +438,7 @@ def test_exact_velocities_of_pendulums_are_accepted(length, gravity, angle, rate
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("p", [1e-6, 1e-9, 1e-12, 1e-20])
 def test_parameters_far_below_their_effect_have_accurate_sensitivities(method, p):
-    """Regression: increments in proportion to the parameter were lost by rounding, and the sensitivities were 0."""
+    """Regression: increments proportional to the parameter were lost by rounding, and the sensitivities were 0."""
 
     def gauge(t, y, yp, q):
         return [yp[0] + (1.0 + q[0]) * y[0], (y[1] + 101325.0) - (q[0] + 101325.0)]
@@ -457,14 +457,14 @@ def test_limits_of_small_parameters_do_not_affect_their_increments(function, slo
         return yp + y - function(p[0])
 
     s = solve_dae(residual, (0, 1), [1.0], [-1.0], "radau5", parameters=[1e-3], rtol=1e-6, atol=1e-8)
-    # dy/dp = slope (1 - exp(-t)); one hundred tolerances.
+    # dy/dp = slope (1 - exp(-t)). The bound is one hundred tolerances.
     assert abs(s.dy_dp[0, 0, -1] - slope * (1.0 - math.exp(-1.0))) < 1e-4
 
 
 @pytest.mark.parametrize("jacobian", [True, False])
 @pytest.mark.parametrize(("method", "rtol"), [("radau5", 1e-3), ("radau5", 1e-6), ("bdf", 1e-4), ("bdf", 1e-6)])
 def test_initial_sensitivities_of_algebraic_variables_do_not_depend_on_the_tolerances(method, rtol, jacobian):
-    # Regression: increments as large as the tolerances, beside which exp(40 y) is not linear, gave errors of 74 rtol.
+    # Regression: errors were 74 rtol, because exp(40 y) is not linear over increments as large as the tolerances.
     def cell(t, y, yp, p):
         return [yp[0] + y[0], y[0] - p[0] * np.exp(40 * (y[1] - 3.7))]
 
@@ -474,7 +474,7 @@ def test_initial_sensitivities_of_algebraic_variables_do_not_depend_on_the_toler
     options = dict(jacobian=matrices if jacobian else None, rtol=rtol, parameters=[1.0])
     s = solve_dae(cell, (0, 1), [1, 3.7], [-1, -1 / 40], method, dy0_dp=[[0], [-1 / 40]], **options)
     assert s.success
-    # Truncation errors of differences of order 4, 1e-5 x 40 x 3.7 to the fourth power, divided by 30.
+    # The truncation error of differences of order 4 is (1e-5 x 40 x 3.7)^4 / 30.
     assert abs(-40 * s.dy_dp[1, 0, 0] - 1) < 1e-9
 
 
@@ -487,7 +487,7 @@ def test_initial_sensitivities_of_equations_nonlinear_in_the_derivatives():
         (0, 1), [1, v], [v, 0], "radau5", parameters=[1.0], dy0_dp=[[0], [exact]],
     )  # fmt: skip
     assert s.success
-    # The fourth power of the increment 1e-3.
+    # The error is the fourth power of the increment 1e-3.
     assert abs(s.dy_dp[1, 0, 0] / exact - 1) < 1e-9
 
 
@@ -512,7 +512,7 @@ def test_initial_sensitivities_at_a_kink_are_those_along_the_motion(method, rela
 @pytest.mark.parametrize("n", [1, 150])
 @pytest.mark.parametrize("atol", [1e-9, 1e-12, 1e-15, 1e-17])
 def test_initial_sensitivities_of_variables_at_zero_are_accurate_for_small_tolerances(n, atol):
-    # The effect of increments as small as the tolerance is lost by rounding beside 1.
+    # In the sum with 1, the effect of increments as small as the tolerance is lost by rounding.
     def sums(t, y, yp, p):
         u, w = y[:n], y[n:]
         return np.r_[yp[:n] + u - w, u + w - p[0]]
@@ -522,7 +522,7 @@ def test_initial_sensitivities_of_variables_at_zero_are_accurate_for_small_toler
         sums, (0, 1e-3), np.r_[np.ones(n), np.zeros(n)], np.r_[-np.ones(n), np.ones(n)], "radau5",
         parameters=[1.0], rtol=1e-6, atol=atol, sparsity=np.block([[block, block], [block, block]]), max_steps=3,
     )  # fmt: skip
-    # Rounding is below 1e-8 of the effect of the increments.
+    # Rounding errors are below 1e-8 of the effect of the increments.
     np.testing.assert_allclose(s.dy_dp[:, 0, 0], np.r_[np.zeros(n), np.ones(n)], atol=1e-7)
 
 

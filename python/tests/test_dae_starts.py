@@ -13,7 +13,7 @@ G = 9.81
 
 
 def pendulum_and_heat(t, y, yp):
-    """A rod of length 1, a temperature, and the algebraic power that heats it."""
+    """Return F of a pendulum of length 1, and of a temperature with its algebraic heating power."""
     x, z, u, v, force, heat, power = y
     return [
         yp[0] - u, yp[1] - v, yp[2] + force * x, yp[3] + force * z + G, x * x + z * z - 1.0,
@@ -62,7 +62,7 @@ def test_events_at_breaks_occur_once(method, terminal, t_eval, direction):
         return y[0] > 0.5 - 1e-9
 
     full.terminal, full.direction, late.direction = terminal, direction, direction
-    # dy/dt changes from 1 to 3 at t = 0.5, where y = 0.5; the bool changes just before the break.
+    # dy/dt changes from 1 to 3 at t = 0.5, where y = 0.5. The bool changes just before this break.
     s = solve_dae(
         lambda t, y, yp: yp - (1.0 if t < 0.5 else 3.0), (0, 1), [0], [1], method, breaks=[0.5],
         events=[late, full], t_eval=t_eval,
@@ -93,7 +93,7 @@ def oscillator(t, y, yp):
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("start", [0.0, 1e12, 1e14])
 def test_times_without_digits_are_reported(method, start):
-    # The rounding of 1e12 is 1.2e-4.
+    # The rounding error of 1e12 is 1.2e-4.
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         s = solve_dae(oscillator, (start, start + 10.0), [0, 1], [1, 0], method, rtol=1e-6, atol=1e-6)
@@ -103,7 +103,7 @@ def test_times_without_digits_are_reported(method, start):
 
 
 def prescribed(jump):
-    """Return a position with a speed of 1 and a jump at t = 1, and an oscillation; the velocity has the index 2."""
+    """Return F of a position that moves at speed 1 and jumps at t = 1, and of an oscillation. The velocity has the index 2."""
     return lambda t, y, yp: [yp[0] - y[1], y[0] - min(t, 1.0) - 0.5 * np.sin(t) - (jump if t > 1 else 0.0)]
 
 
@@ -115,7 +115,7 @@ def test_bdf_at_index_2_has_the_multiplier_after_a_kink_of_a_constraint(rtol):
     )  # fmt: skip
     assert s.success, s.message
     after = np.flatnonzero(s.t == 1.0)[-1]
-    # Rounding over increments of 1e-5 is 1e-10.
+    # Rounding errors divided by the increments of 1e-5 are 1e-10.
     assert s.y[1, after] == pytest.approx(0.5 * np.cos(1), abs=1e-8)
     # The first step has the order 1, and the velocity is excluded from the error test.
     step = s.t[after + 1] - 1.0
@@ -146,7 +146,7 @@ def test_wrong_multipliers_at_the_start_of_bdf_are_reported(multiplier, rtol):
 
 @pytest.mark.parametrize("rate", [0.0, 0.1])
 def test_inconsistent_velocities_are_reported_for_any_rate(rate):
-    """The rates of positions follow from the velocities, whatever yp0 says."""
+    """The rates of positions are computed from the velocities, independently of yp0."""
     y, yp = START.copy(), RATES.copy()
     y[2], yp[0] = 0.1, rate
     # Equation 4 changes at the rate 2 x u = 0.2.
@@ -195,7 +195,8 @@ def test_rounding_of_positions_is_no_violation(angle):
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-7])
 def test_first_steps_of_bdf_at_index_2_resolve_multipliers(rtol):
-    # In IDAS' own first step, rounding of x divided by the step exceeds the tolerance of the force.
+    # In the first step that IDAS itself selects, the rounding error of x divided by the step size exceeds the tolerance of
+    # the force.
     def prescribed(t, y, yp):
         x, fast, force = y
         return [yp[0] - np.cos(t) - force + fast - np.exp(-t), 1e-3 * yp[1] + fast - 0.999 * np.exp(-t), x - 1 - np.sin(t)]

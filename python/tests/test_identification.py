@@ -1,4 +1,4 @@
-"""Sensitivities and fits against differences and known values, and their files."""
+"""Sensitivities and fits, compared with difference quotients and known values, and their files."""
 
 import pickle
 import os
@@ -12,14 +12,14 @@ from myovib._identification import experiments
 
 
 def scene(**changes):
-    """Return the muscle under a load that rises immediately, for 0.1 s and with a fixed method."""
+    """Return a scene of 0.1 s with the muscle under a load that rises immediately, and with a specified method."""
     it = Scene.builtin("init").set("time.end", 0.1).set("traction[0].y.shift", 1)
     it.set("integrator", {"method": "radau9", "rtol": 1e-7})
     return it.set("probe[0].quantities", ["u"])
 
 
 def short():
-    """Return the scene with half of the time and a looser tolerance."""
+    """Return the scene with half of the duration and a looser tolerance."""
     return scene().set("time.end", 0.05).set("integrator.rtol", 1e-5)
 
 
@@ -37,7 +37,7 @@ def test_sensitivities_are_those_of_two_runs(sensitivity):
     }
     assert (ends[0.99e4]["t"] == sensitivity.t).all()
     difference = (ends[1.01e4]["u_y"] - ends[0.99e4]["u_y"]) / 200
-    # Central differences over 2 % have a truncation error of about 1e-4 of the maximum; integration adds 1e-7 / 1e-2.
+    # Central differences over 2 % have a truncation error of about 1e-4 of the maximum. The integration adds 1e-7 / 1e-2.
     largest = np.abs(difference).max()
     assert sensitivity.derivatives[:, 1, 0] == pytest.approx(difference, abs=1e-3 * largest)
     u_y = sensitivity.values[:, 1]
@@ -60,7 +60,7 @@ def test_the_elements_of_a_map_add_up_to_the_stiffness_of_all(tmp_path):
     for k, name in enumerate(whole.outputs):
         u, by_stiffness = whole.values[:, k], whole.derivatives[:, k, 0]
         total = (u * by_stiffness).sum() / (u * u).sum()
-        # Forward sensitivities have a third of the tolerance, 1e-4.
+        # Forward sensitivities are computed to a third of the tolerance, 1e-4.
         assert elements[name].sum() == pytest.approx(total, rel=1e-3)
     assert {path.name for path in tmp_path.iterdir()} == {
         "stiffness.vtu",
@@ -137,8 +137,8 @@ def test_a_fit_of_arrays_and_a_file_finds_what_made_them(tmp_path):
     reported = []
     fit = wanted.fit(experiments, progress=reported.append)
     assert fit.converged and fit.message == "converged" and reported
-    # Data without noise. The runs of a fit have different steps, so both differ by about rtol = 1e-5. A relative change of
-    # c10 changes the output by half as much, and a relative change of 1/bulk_modulus by a tenth.
+    # The data have no noise, but the steps of the runs differ, so the outputs differ by about rtol = 1e-5. A relative change
+    # of c10 changes the output by half as much, and a relative change of 1/bulk_modulus by a tenth as much.
     assert fit.values["material[0].c10"] == pytest.approx(1.3e4, rel=1e-4)
     assert fit.values["1/solid.bulk_modulus"] == pytest.approx(1 / 5e4, rel=1e-3)
     low, high = fit.intervals["material[0].c10"]
@@ -157,5 +157,5 @@ def test_ctrl_c_ends_a_fit(seconds_to_an_end):
     wanted = scene().set("time.end", 100.0).set("parameter", [{"key": "material[0].c10"}])
     data = {"t": [1.0, 2.0, 100.0], "origin.u_y": [0.0, 0.0, 1e-3]}
     late = seconds_to_an_end(lambda: wanted.fit(data))
-    # As for a run: 0.05 s and a step; the remainder is a margin for a busy machine.
+    # As in a run, signals are checked every 0.05 s and at the next step. The remainder is a margin for a busy machine.
     assert late < 0.5

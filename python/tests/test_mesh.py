@@ -1,4 +1,4 @@
-"""Meshes of other programs and of arrays deflect as the files of Gmsh do."""
+"""Meshes from other programs and from arrays give the same deflection as files from Gmsh."""
 
 from itertools import permutations
 from pathlib import Path
@@ -9,7 +9,7 @@ import pytest
 import myovib
 
 ORGANS = Path(__file__).parents[2] / "crates/scene/tests/data/organs"
-#: Edges of the midside nodes in VTK's order (VTK User's Guide, quadratic cells).
+#: Edges with midside nodes, in VTK's order (VTK User's Guide, quadratic cells).
 TRIANGLE = [(0, 1), (1, 2), (2, 0)]
 TETRAHEDRON = [*TRIANGLE, (0, 3), (1, 3), (2, 3)]
 
@@ -43,7 +43,7 @@ group = "{free}"
     return np.array([mean[name][-1] for name in ("u_x", "u_y")])
 
 
-# Coordinates are equal, but the order of elements and so of sums differs.
+# The coordinates are equal, but the order of the elements, and therefore of the sums, differs.
 def equal(exact):
     assert np.abs(exact).max() > 1e-6
     return pytest.approx(exact, rel=1e-9)
@@ -108,7 +108,7 @@ def test_a_file_of_meshio_deflects_as_that_of_gmsh(tmp_path, organ, extension):
         sets = {name: of(tag) for name, tag in own_tags.items()}
         meshio.Mesh(mesh.points, cells, cell_sets=sets).write(source)
     elif extension != "msh":
-        # The format has no names of groups, only the values of an array.
+        # The format stores only the values of an array, not the names of groups.
         names = [f"surface {mesh.field_data[name][0]}" for name in names]
         array = {"gmsh:physical": mesh.cell_data["gmsh:physical"]}
         meshio.Mesh(mesh.points, mesh.cells, cell_data=array).write(source)
@@ -130,7 +130,7 @@ def test_a_file_of_vtk_has_groups_fields_and_sets(tmp_path):
     grid.cell_data["part"][last] = 8
     stiff = 1.0 + points[:, 0] / 0.08
     grid.point_data["stiff"] = stiff
-    # Regression: data of the file were taken for names of groups.
+    # Regression: data about the file were interpreted as names of groups.
     grid.field_data["TimeValue"] = [0.5]
     grid.save(tmp_path / "grid.vtu")
     read, groups, fields = myovib.read_mesh(tmp_path / "grid.vtu", group="part")

@@ -1,4 +1,4 @@
-"""Scenes: bitwise equality with the program, interrupts, sweeps, results."""
+"""Scenes: bitwise equality with results of the program, interrupts, sweeps, results."""
 
 import json
 import os
@@ -96,7 +96,7 @@ def test_a_field_is_that_of_the_nearest_time(result):
     assert (fields.field("u", 0.3 * (1 + 1e-12)) == fields[3]["u"]).all()
     with pytest.raises(KeyError, match="von_mises"):
         fields.field("stress")
-    # Regression: the last field was returned, and the first for NaN.
+    # Regression: the last field was returned, or the first field for NaN.
     for t in (99.0, -1.0, np.nan, np.inf):
         with pytest.raises(ValueError):
             fields.field("u", t)
@@ -139,7 +139,7 @@ def test_values_are_set_as_they_are(result):
 
 
 def test_a_section_set_again_replaces_changes_of_its_entries():
-    # Regression: the earlier change of an entry came before the section, which then had no such entry.
+    # Regression: the changes were applied in the wrong order, so the changed entry did not exist.
     scene = myovib.Scene.builtin("init").set("time.end", 0.01)
     scene.set("body_force", [{"y": -1.0}]).set("body_force[0].x", 2.0)
     assert list(scene.changes) == ["time.end", "body_force", "body_force[0].x"]
@@ -171,7 +171,7 @@ def test_check_and_modes():
     assert len(modes) == 3
     # `check` computes the same modes with different code.
     assert [m["frequency"] for m in modes] == pytest.approx(found["body"]["slow_modes"][:3], rel=1e-6)
-    # Effective masses add up to at most the mass along each of two axes.
+    # Along each of the two axes, the sum of the effective masses is at most the mass.
     assert modes.preload_time is None and modes.shape(2).shape == modes.points.shape
     assert all(np.abs(modes.shape(k)).max() > 0.0 for k in range(3))
     assert all(0.0 < sum(m["effective_mass"]) <= 2.0 * modes.mass for m in modes)
@@ -187,7 +187,7 @@ def test_a_periodic_state_repeats():
     curve = scene.periodic(continuation=("rod.load.amplitude", 1, 2)).continuation
     amplitudes = curve["end.u"]
     assert (curve["rod.load.amplitude"][0], curve["rod.load.amplitude"][-1]) == (1.0, 2.0)
-    # The rod is linear; the states have the tolerance 1e-6.
+    # The rod is linear, and the states have a tolerance of 1e-6.
     assert amplitudes[-1] == pytest.approx(2 * amplitudes[0], rel=1e-5)
 
 
@@ -200,7 +200,7 @@ def test_response_at_zero_is_the_equilibrium():
     polar = probe.amplitude("u_y") * np.exp(1j * np.radians(probe.phase("u_y")))
     assert amplitude == pytest.approx(polar) and (probe.amplitude("u_y") >= 0).all()
     still = scene.copy().set("analysis", "static").set("traction[0].y", 1.0).run()
-    # Linear up to terms of the size of the strain, 1e-5.
+    # The response is linear up to terms of the size of the strain, 1e-5.
     assert amplitude[0].real == pytest.approx(100 * still.probes["origin"]["u_y"][0], rel=1e-4)
     assert amplitude[0].imag == 0.0
 
@@ -227,10 +227,10 @@ def test_amplitudes_are_those_of_the_program_and_of_its_document(forced, tmp_pat
         pairs = np.array([row[k] for row in curves["amplitudes"]])
         value = probe.complex(name)
         assert (value == pairs @ [1, 1j]).all() and np.abs(value).min() > 0.0
-        # Rounding errors of a few units in the last place.
+        # The bounds allow rounding errors of a few units in the last place.
         assert probe.amplitude(name) == pytest.approx(np.abs(value), rel=1e-14)
         assert probe.phase(name) == pytest.approx(np.degrees(np.angle(value)), abs=1e-12)
-    # Below resonance, the motion is in phase with the load, apart from the damping.
+    # Below resonance, the motion is in phase with the load except for the effect of damping.
     assert 20.0 < forced.response(0.5).probes["origin"].phase("u_y")[0] < 30.0
 
 
@@ -240,7 +240,7 @@ def test_frequencies_are_a_list_a_range_or_adaptive(forced):
 
     assert frequencies([9, 2.0, np.float64(5.0), 2]) == [2.0, 5.0, 9.0]
     assert frequencies(np.linspace(1, 9, 3)) == frequencies("1..9:3") == frequencies("9, 1, 5") == [1.0, 5.0, 9.0]
-    # Rounding errors of powers.
+    # The bound allows rounding errors of the powers.
     assert frequencies("1..100:3:log") == pytest.approx([1.0, 10.0, 100.0], rel=1e-14)
     assert list(forced.set("response", {"frequencies": "3..4:2"}).response().probes["origin"]["f"]) == [3.0, 4.0]
     adaptive = forced.response("1..20:adaptive:1e-4")
@@ -250,7 +250,7 @@ def test_frequencies_are_a_list_a_range_or_adaptive(forced):
     given = forced.response(f)
     assert given.document["interpolation_error"] is None
     assert (given.probes["origin"].complex("u_y") == adaptive.probes["origin"].complex("u_y")).all()
-    # The peaks are interpolated: to 1e-4 by adaptive frequencies, and to 1e-2 by given frequencies.
+    # The peaks are interpolated, with errors of 1e-4 for adaptive frequencies and of 1e-2 for given frequencies.
     peaks = [[peak["frequency"] for peak in each.document["peaks"] if peak["column"] == "u_y"] for each in (given, adaptive)]
     assert len(peaks[0]) > 0 and peaks[0] == pytest.approx(peaks[1], rel=1e-2)
 
@@ -262,7 +262,7 @@ def test_invalid_responses_are_rejected_before_any_output(forced, tmp_path):
     for given in [[None], ["5", "fast"], [1j]]:
         with pytest.raises((TypeError, ValueError)):
             forced.response(given, tmp_path / "out")
-    # No load, a load without a harmonic part, no frequencies, and a rigid motion at 0 Hz.
+    # Cases: no load, a load without a harmonic part, no frequencies, and a rigid motion at 0 Hz.
     unloaded = Scene.builtin("init")
     for scene, given in [
         (unloaded, [5.0]),
@@ -280,13 +280,13 @@ def test_arguments_out_of_range_are_rejected(tmp_path, monkeypatch):
     scene = Scene.builtin("init").set("time.end", 0.01)
     key, data = "material[0].c10", {"t": [0.0], "origin.u_y": [0.0]}
     for call, error in [
-        (lambda: scene.run(""), ValueError),  # wrote into the current folder
-        (lambda: scene.response(b"1"), TypeError),  # computed 49 Hz
-        (lambda: scene.sweep({"integrator.rtol": []}), myovib.SceneError),  # computed the default
+        (lambda: scene.run(""), ValueError),  # regression: wrote into the current folder
+        (lambda: scene.response(b"1"), TypeError),  # regression: computed the response at 49 Hz
+        (lambda: scene.sweep({"integrator.rtol": []}), myovib.SceneError),  # regression: used the default
         (lambda: scene.sweep({"integrator.rtol": [1e-4, None]}), myovib.SceneError),
         (lambda: scene.sweep({key: [1e4]}, threads=0), ValueError),
         (lambda: scene.sweep({key: [1e4]}, threads=-1), ValueError),
-        (lambda: scene.fit(data, starts=0), ValueError),  # fitted from one start
+        (lambda: scene.fit(data, starts=0), ValueError),  # regression: used one starting point
         (lambda: scene.fit(data, starts=1.5), TypeError),
         (lambda: scene.fit(data, max_iterations=0), ValueError),
         (lambda: scene.fit(data, seed=-1), ValueError),
@@ -408,7 +408,7 @@ def test_lists_and_texts_with_commas_are_single_values():
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 def test_ctrl_c_ends_check_and_modes(seconds_to_an_end):
     scene = Scene.builtin("muscle3d")
-    # Signals are checked every 0.05 s; the remainder is a margin for a busy machine.
+    # Signals are checked every 0.05 s. The remainder is a margin for a busy machine.
     assert seconds_to_an_end(scene.check) < 0.5
     assert seconds_to_an_end(lambda: [scene.modes(100) for _ in range(100)]) < 0.5
 
@@ -448,7 +448,7 @@ def test_two_threads_run_two_scenes_while_python_goes_on(result):
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 def test_ctrl_c_ends_a_run(seconds_to_an_end):
     late = seconds_to_an_end(Scene.builtin("table2-1").set("time.end", 1000.0).run)
-    # Signals are checked every 0.05 s and at the next step (a millisecond); the remainder is a margin for a busy machine.
+    # Signals are checked every 0.05 s and at the next step, after about 1 ms. The remainder is a margin for a busy machine.
     assert late < 0.5
 
 

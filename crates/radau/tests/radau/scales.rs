@@ -147,7 +147,7 @@ fn no_conduction_of_a_rectifier_is_skipped() {
                 radau(Rectifier).options(options).build(0.0, &[0.0; 2], &[0.0; 2]).unwrap();
             let outcome = solver.integrate_to(0.1).unwrap();
             assert_eq!(outcome, Outcome::Reached { t: 0.1 });
-            // The error of each charging is at most 100 tolerances of 10 V and decays by exp(-0.2) per period. A
+            // The error of each charging pulse is at most 100 tolerances of 10 V and decays by exp(-0.2) per period. A
             // skipped period would cause an error of 1.5 V. The reference has six digits.
             let error = (solver.y()[0] - 8.108698).abs();
             assert!(error < 1e3 * tolerance + 1e-6, "{stages} stages, {tolerance:e}: {error:e}");
