@@ -39,7 +39,7 @@ LOOSE = 1e-5
 SLOW = 1e-3
 
 # Ratio of failed error tests to steps of BDF above which advice is given. The ratio is at most 0.14 for standard
-# problems that are stiff or oscillate, and 0.2 to 0.5 for a transistor amplifier with coupling capacitors.
+# stiff or oscillating problems, and 0.2 to 0.5 for a transistor amplifier with coupling capacitors.
 FAILED = 1.0 / 6.0
 
 
@@ -54,7 +54,7 @@ class Facts(NamedTuple):
     has_wrong_velocities: bool
     has_jacobian: bool
     has_sensitivities: bool
-    # Description of indices that are missing, wrong or too high; empty if all are right.
+    # Description of missing, wrong or too high indices; empty if all are right.
     index_note: str
     span: float
     # Whether `t_eval` replaces the steps in the results.
@@ -109,7 +109,7 @@ class Ending:
 
     @cached_property
     def singular(self) -> str:
-        """Description of equations that do not determine all variables; empty if there are none."""
+        """Description of equations that do not determine all variables; empty if all are determined."""
         # A state that Newton's method or the error test does not accept may be far from the solution.
         described = describe_singular(self.structure) if all(describe_singular(other) for _, other in self.earlier) else ""
         # Close to a pole, the largest terms hide the other terms, so the description must also hold at the start.

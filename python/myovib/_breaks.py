@@ -22,7 +22,7 @@ DESCENT = 0.1
 CONVERGED = 0.0033
 # Relative increment of difference quotients.
 ROOT = float(np.sqrt(np.finfo(float).eps))
-# Largest relative rounding error of values that are computed from differences in time, and largest relative residual
+# Largest relative rounding error of values computed from differences in time, and largest relative residual
 # of the equations for these values.
 ROUNDED = 1e-7
 UNSOLVED = 1e-6

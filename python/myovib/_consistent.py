@@ -20,10 +20,10 @@ ITERATIONS = 30
 DIFFERENCE = 6e-6
 # Singular values below this fraction of the largest count as zero. The relative errors of gradients are much smaller.
 RANK = 1e-7
-# Largest residual of a constraint that is considered satisfied, relative to its gradient times the size of the
+# Largest residual at which a constraint is considered satisfied, relative to its gradient times the size of the
 # positions. Terms of the constraint may be larger than this product, for example if q contains small displacements.
 ROUNDING = 1e-8
-# Largest relative residual of the derivative of a constraint that is considered satisfied.
+# Largest relative residual at which the derivative of a constraint is considered satisfied.
 RATE = 1e-6
 
 

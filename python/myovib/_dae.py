@@ -347,7 +347,7 @@ def solve_dae(
         "first_step": None if first_step is None else float(first_step),
         "max_step": None if max_step is None or np.isinf(max_step) else float(max_step),
         "max_order": int(max_order),
-        # Any value that is proportional to the duration makes the steps independent of the unit of time.
+        # Any value proportional to the duration makes the steps independent of the unit of time.
         "time_scale": abs(t_end - t0),
         "max_steps": limit,
         "has_default_limit": max_steps is None,
@@ -437,7 +437,7 @@ def solve_dae(
         last = replace(solution, t=np.array([t0]), y=start[:, None], yp=rates[:, None])
 
     def steps_with(settings: dict[str, Any], parts: list[_End], state: tuple[Array, Array]) -> DaeSolution | None:
-        """Return the steps with changed settings, without events and sensitivities; None if there are none."""
+        """Return the steps with changed settings, without events and sensitivities; None if no step succeeds."""
         functions = (_recoverable(residual), matrices and _recoverable(matrices), _Events(None, ()), None)
         try:
             steps, _ = _integrate_parts({**request, **settings}, parts, functions, state, None)

@@ -1,4 +1,4 @@
-"""Parts of an integration between breaks, and times that are counted from the start."""
+"""Parts of an integration between breaks, and times counted from the start."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _ends_of_parts(breaks: ArrayLike, t0: float, t_end: float) -> list[_End]:
     if t_end < t0:
         times = times[::-1]
     span = abs(t_end - t0)
-    # The second limit applies to spans that are short compared with the start time. Without it, breaks would be ignored.
+    # The second limit applies to spans much shorter than the start time. Without it, breaks would be ignored.
     close = min(CLOSE * max(abs(t0), abs(t_end), span), 1e-6 * span)
     groups = np.split(times, np.flatnonzero(np.abs(np.diff(times)) > close) + 1)
     first, last = _End(t0, t0, t0), _End(t_end, t_end, t_end)

@@ -33,8 +33,8 @@ RESOLVED = 1e-2
 VIOLATED = 0.05
 
 # Relative difference between an entry of `df_dp` and all quotients above which the entry is considered wrong, and largest
-# relative difference between quotients for two successive increments that are considered reliable. The first limit is larger
-# than errors of y', from which the entry may be computed.
+# relative difference between quotients for two successive increments at which they are considered reliable. The first
+# limit is larger than errors of y', from which the entry may be computed.
 WRONG, AGREEMENT = 0.1, 0.05
 
 # Factors of the increments. The largest increment is 6 % of the parameter.
@@ -44,8 +44,7 @@ GROWTHS = (1.0, 1e2, 1e4)
 # median, at which they are considered reliable.
 FACTORS, VARIATION = (0.5, 1.0, 2.0, 4.0), 0.2
 
-# Change of the rate of a constraint that is considered negligible if a parameter changes by its size, relative to the terms
-# of this rate.
+# Negligible change of the rate of a constraint if a parameter changes by its size, relative to the terms of this rate.
 NEGLIGIBLE = 1e-5
 
 # Number of sign patterns from which the largest possible terms of a hidden constraint are estimated.

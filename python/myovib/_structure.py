@@ -264,7 +264,7 @@ class Structure:
         return bool(max(abs(self.df_dy).max(), abs(self.df_dyp).max()) > HUGE)
 
     def index(self) -> int:
-        """Return the highest index that is known for a variable; if it is at least 1, it is the index of the equations."""
+        """Return the highest known index of a variable; if it is at least 1, it is the index of the equations."""
         return int(self.variable_indices.max())
 
     def has_free_rates(self) -> bool:
@@ -314,7 +314,7 @@ class Structure:
         """
         y, yp = self.state
         base = evaluate(yp)
-        # The increments are larger than those of `df_dyp`, so that rounding errors of the quotients are negligible.
+        # The increments are larger than for `df_dyp`, so that rounding errors of the quotients are negligible.
         increments = np.diag(1.0 + np.abs(yp))
         by_yp = np.column_stack([(evaluate(yp + step) - base) / step.max() for step in increments])
         rows = np.flatnonzero(np.abs(by_yp).max(axis=1))

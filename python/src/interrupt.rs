@@ -14,7 +14,7 @@ const EVERY: Duration = Duration::from_millis(50);
 /// Minimum time between two progress lines.
 const PROGRESS_EVERY: Duration = Duration::from_millis(200);
 
-/// Flags that are currently unused. As flags are reused, their total number is the maximum number of simultaneous
+/// Unused flags. As flags are reused, their total number is the maximum number of simultaneous
 /// computations.
 static FREE: Mutex<Vec<&'static AtomicBool>> = Mutex::new(Vec::new());
 
@@ -69,7 +69,7 @@ impl ProgressSink for Progress {
 
 /// Runs `compute` in a separate thread without the GIL, and calls `show` with its progress.
 ///
-/// If `show` or a signal handler (for example that of Ctrl-C) raises an exception, the interrupt flag of the watcher is
+/// If `show` or a signal handler (for example for Ctrl-C) raises an exception, the interrupt flag of the watcher is
 /// set. `compute` must then end in an orderly way.
 ///
 /// # Errors

@@ -74,7 +74,7 @@ def test_robertson_agrees_with_scipy():
     for method in METHODS:
         s = solve_dae(robertson, (0, 1e3), method=method, t_eval=times, **ROBERTSON)
         assert (s.t == times).all()
-        # The bound is the same as above; the error of the reference is negligible.
+        # The bound follows as above; the error of the reference is negligible.
         assert np.allclose(s.y[:2], reference.y, rtol=1e-4, atol=1e-12)
 
 
@@ -549,7 +549,7 @@ def square_wave(t):
 
 
 def charged(t):
-    """Return the voltage of a capacitor that is charged by a square wave through a resistor."""
+    """Return the voltage of a capacitor charged by a square wave through a resistor."""
     y, start = 0.0, 0.0
     for k in range(int(2 * t) + 1):
         end = min(0.5 * (k + 1), t)

@@ -279,7 +279,7 @@ def test_an_index_above_1_is_reported_in_any_units(resistance, method):
 @pytest.mark.parametrize("conductance", [1e6, 1e8, 1e9])
 @pytest.mark.parametrize("n_cells", [1, 80])
 def test_widely_different_coefficients_are_not_an_index_above_1(conductance, method, n_cells):
-    # Regression: two nodes of an electrode that are joined by a metal strip had an index above 1 for values of 1e8 and more.
+    # Regression: two nodes of an electrode joined by a metal strip had an index above 1 for values of 1e8 and more.
     def electrode(y, yp):
         charge, a, b = y
         strip = conductance * (a - b)

@@ -1,6 +1,6 @@
 //! Direction of zero crossings.
 
-/// Direction of the zero crossings of a root function that are treated as roots.
+/// Direction of the zero crossings of a root function to be treated as roots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Direction {
     /// Both directions.

@@ -169,7 +169,7 @@ pub trait Parameters<P: ?Sized> {
     }
 }
 
-/// Parameters that are read and changed by two functions. ∂F/∂p is computed by central differences about the current
+/// Parameters read and changed by two functions. ∂F/∂p is computed by central differences about the current
 /// values of the problem.
 ///
 /// The displacement is ε^(1/3) times |p| or the scale, whichever is larger. The relative truncation and rounding errors

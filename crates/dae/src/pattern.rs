@@ -1,4 +1,4 @@
-//! Detection of entries that are missing in the pattern of a Jacobian.
+//! Detection of entries missing in the pattern of a Jacobian.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 

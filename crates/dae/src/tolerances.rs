@@ -23,7 +23,7 @@ pub enum Tolerances {
 }
 
 impl Tolerances {
-    /// Creates tolerances that are the same for all components.
+    /// Creates equal tolerances for all components.
     pub fn scalar(relative: f64, absolute: f64) -> Self {
         Self::Scalar { relative, absolute }
     }

@@ -203,7 +203,7 @@ fn write_scaled(y: &mut [f64], a: f64, x: &[f64]) {
     }
 }
 
-/// Number of entries of each vector that are combined at a time, so that the entries of all vectors remain in the
+/// Number of entries of each vector combined at a time, so that the entries of all vectors remain in the
 /// cache.
 pub(crate) const AT_A_TIME: usize = 256;
 

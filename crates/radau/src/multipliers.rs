@@ -1,4 +1,4 @@
-//! Error of multipliers that are computed by collocation, and removal of this error.
+//! Error of multipliers computed by collocation, and removal of this error.
 
 mod within;
 
@@ -394,7 +394,7 @@ impl Multiplier {
         of_missed * missed + of_jump * self.jump
     }
 
-    /// Returns the margin and the remaining part of e(ε) for a step that is `growth` times as long as the last step.
+    /// Returns the margin and the remaining part of e(ε) for a step `growth` times as long as the last step.
     fn remaining_error(&self, stages: usize, growth: f64) -> (f64, f64) {
         match self.removable {
             true => {

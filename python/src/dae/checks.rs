@@ -62,7 +62,7 @@ pub(super) fn check_matrices(
 /// turn.
 const FRACTIONS: [f64; 3] = [0.31, 0.62, 0.87];
 
-/// Number of steps at the start that are all checked. After these, a step is checked only if its number is a power of
+/// Number of steps at the start, all of which are checked. After these, a step is checked only if its number is a power of
 /// two.
 pub(super) const FIRST_STEPS: usize = 12;
 

@@ -22,7 +22,7 @@ use crate::method::Method;
 ///
 /// by least squares, with separate coefficients for each column. S satisfies linear equations that depend on the state.
 /// Therefore, the curve of S over the next step is nearly the same combination of the curves over the previous steps.
-/// Vibrations and decaying terms are combinations of a few such curves, even over steps that are too long for
+/// Vibrations and decaying terms are combinations of a few such curves, even over steps too long for
 /// polynomial extrapolation.
 #[derive(Debug)]
 pub(super) struct History {

@@ -42,7 +42,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     ///
     /// The size of a first step is halved until its polynomial, evaluated at the middle of the step, agrees with the
     /// end of a step of half the size. This is necessary because the error estimate excludes the error of algebraic
-    /// variables, and because high orders allow first steps that are longer than the time scale of the input.
+    /// variables, and because high orders allow first steps longer than the time scale of the input.
     pub(super) fn attempt(&mut self, h: &mut f64, failures: Failures) -> Result<f64, Failure> {
         if !self.fresh || self.options.step_size != StepSize::Adaptive {
             return self.attempt_once(*h, failures);
