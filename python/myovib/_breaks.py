@@ -22,8 +22,8 @@ DESCENT = 0.1
 CONVERGED = 0.0033
 # Relative increment of difference quotients.
 ROOT = float(np.sqrt(np.finfo(float).eps))
-# Largest relative rounding error of values computed from differences in time, and largest relative residual
-# of the equations for these values.
+# Largest relative rounding error of values computed from differences in time, and largest relative residual of the
+# equations for these values.
 ROUNDED = 1e-7
 UNSOLVED = 1e-6
 # Smallest reported error of an initial value, in tolerances. Global errors are up to 100 tolerances.
@@ -93,7 +93,7 @@ def _with_free_rates(
     tolerances: tuple[float, Array],
     structure: Structure,
 ) -> Array:
-    """Return y' with the part that F does not contain computed from the derivative of F = 0 at `times[0]`.
+    """Compute the part of y' that F does not contain from the derivative of F = 0 at `times[0]`, and return y'.
 
     BDF predicts the first step with these derivatives, and the error test fails if they are wrong. Returns y' unchanged if
     the derivative of F = 0 does not determine this part, or if F has a kink at y.

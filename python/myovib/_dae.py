@@ -53,7 +53,7 @@ __all__ = ["DaeSolution", "DenseOutput", "solve_dae"]
 
 METHODS = ("bdf", "ida", "radau5", "radau9", "radau13")
 
-# Default step limit. Typical integrations need fewer steps; so many steps take about a minute.
+# Default step limit. Typical integrations need fewer steps, and this many steps take about a minute.
 MAX_STEPS = 200_000
 
 # Step limit when a failed integration is repeated from its last output.
@@ -347,7 +347,7 @@ def solve_dae(
         "first_step": None if first_step is None else float(first_step),
         "max_step": None if max_step is None or np.isinf(max_step) else float(max_step),
         "max_order": int(max_order),
-        # Any value proportional to the duration makes the steps independent of the unit of time.
+        # With a value proportional to the duration, the steps do not depend on the unit of time.
         "time_scale": abs(t_end - t0),
         "max_steps": limit,
         "has_default_limit": max_steps is None,
@@ -505,7 +505,7 @@ def solve_dae(
             notes.append(wrong)
             if solution.success:
                 solution.status, solution.message = -1, f"{solution.message}, but `dy_dp` may be wrong: {wrong}"
-    # An index above 3 causes errors similar to those of an input that acts between the stages.
+    # An index above 3 and an input that acts between the stages cause similar errors.
     notes += [] if is_of_index_4 and not solution.success else [text for _, text in of_functions]
     jumping = []
     if family == "bdf" and excluded is not None and initial == "given" and structure and structure.of_higher_index:
@@ -732,7 +732,7 @@ class _PositionConstraints(NamedTuple):
     ) -> _PositionConstraints | None:
         """Check the constraints on the variables that `positions` marks; return None if F cannot be evaluated near the start.
 
-        `limits` contains the start and the end of the part between breaks, and `tolerances` those of y and yp.
+        `limits` contains the start and the end of the part between breaks, and `tolerances` the tolerances of y and yp.
         """
         (t0, t_end), (y, yp) = limits, start
 

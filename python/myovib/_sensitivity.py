@@ -284,8 +284,8 @@ class Sensitivities:
     ) -> None:
         """Reject values that do not satisfy the derivatives of the hidden constraints on velocities at index 3.
 
-        Hidden constraints are the time derivatives of constraints on positions. These contain neither algebraic variables nor
-        the variables of an index above 1, which `is_hidden` marks. Large sparse systems are not examined.
+        Hidden constraints are the time derivatives of constraints on positions, that is, of equations without derivatives,
+        algebraic variables and variables of an index above 1, which `is_hidden` marks. Large sparse systems are not examined.
         """
         if not isinstance(structure.df_dyp, np.ndarray):
             return

@@ -14,8 +14,7 @@ const EVERY: Duration = Duration::from_millis(50);
 /// Minimum time between two progress lines.
 const PROGRESS_EVERY: Duration = Duration::from_millis(200);
 
-/// Unused flags. As flags are reused, their total number is the maximum number of simultaneous
-/// computations.
+/// Currently unused flags. As flags are reused, their total number is the maximum number of simultaneous computations.
 static FREE: Mutex<Vec<&'static AtomicBool>> = Mutex::new(Vec::new());
 
 /// Flag of one computation, which is returned to the list of unused flags when it is dropped.

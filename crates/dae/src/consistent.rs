@@ -68,8 +68,8 @@ pub fn correct_initial_values<P: Problem, S: LinearSolver<P>>(
     let mut last = Inconsistent::NotFound { norm: f64::NAN };
     let searches = match mode {
         // A correction δ changes ẏ by δ/h. For the convergence test, this change is multiplied by the time to the first
-        // output. This time or a longer one is also used for difference quotients, which perturb ẏ by the tolerance
-        // divided by a time: with the short time h, the perturbation could leave the range in which F is linear.
+        // output. This time or a longer time is also used for difference quotients, which perturb ẏ by the tolerance
+        // divided by a time. With the short time h, the perturbation could leave the range in which F is linear.
         ConsistencyMode::AlgebraicAndDerivatives => {
             [1e3, 1.0].map(|factor| (0, CONVERGED * h / time, factor * time)).to_vec()
         }

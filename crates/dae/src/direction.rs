@@ -1,6 +1,6 @@
 //! Direction of zero crossings.
 
-/// Direction of the zero crossings of a root function to be treated as roots.
+/// Direction in which a zero crossing of a root function counts as a root.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Direction {
     /// Both directions.

@@ -5,8 +5,8 @@
 //! - [`Problem`]: the interface that a model implements. It consists of the residual and, optionally, the Jacobian in a
 //!   fixed sparse pattern and the kind of each variable.
 //! - [`Jacobian`]: evaluates the exact Jacobian of a problem, or difference quotients, at a [`Linearization`].
-//!   [`kinds_at`] determines the kind of each variable, and [`check_pattern`] finds entries missing in the
-//!   pattern of the Jacobian.
+//!   [`kinds_at`] determines the kind of each variable, and [`check_pattern`] detects entries missing in the pattern
+//!   of the Jacobian.
 //! - [`Parameters`]: parameters of a problem, and ∂F/∂p.
 //! - [`LinearSolver`]: solves the linear systems of Newton's method, with real and complex shifts.
 //! - [`Tolerances`], [`Suppressed`], [`Direction`], [`ConsistencyMode`]: settings of an [`Integrator`].

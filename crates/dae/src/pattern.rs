@@ -64,8 +64,8 @@ const ROWS: usize = 8;
 /// nonlinear. A missing entry is not found if it is smaller than a hundredth of its row at the given state.
 ///
 /// The check costs three Jacobians, 21 evaluations of the residual, one more for each examined row, and 2 log₂ n
-/// evaluations to locate an entry. For a full pattern, it costs nothing. Failed evaluations are ignored; integrators
-/// report the errors of functions.
+/// evaluations to locate an entry. For a full pattern, it costs nothing. Failed evaluations are ignored, because the
+/// integrator reports errors of functions.
 ///
 /// # Errors
 /// Returns the missing entry.

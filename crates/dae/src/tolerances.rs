@@ -23,7 +23,7 @@ pub enum Tolerances {
 }
 
 impl Tolerances {
-    /// Creates equal tolerances for all components.
+    /// Creates identical tolerances for all components.
     pub fn scalar(relative: f64, absolute: f64) -> Self {
         Self::Scalar { relative, absolute }
     }

@@ -203,8 +203,7 @@ fn write_scaled(y: &mut [f64], a: f64, x: &[f64]) {
     }
 }
 
-/// Number of entries of each vector combined at a time, so that the entries of all vectors remain in the
-/// cache.
+/// Number of entries of each vector to combine at a time, so that the entries of all vectors remain in the cache.
 pub(crate) const AT_A_TIME: usize = 256;
 
 /// Computes out_i ← out_i + Σ_j `coefficient`(i, j) z_j with vector instructions. The vectors have

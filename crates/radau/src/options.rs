@@ -14,7 +14,7 @@ const GROWTH_IN_NOISE: f64 = 2.0;
 /// Factor by which the ratio of the absolute tolerance to y is multiplied to obtain the requested accuracy. It is less
 /// than 1, because absolute tolerances are often chosen for larger variables.
 const ABSOLUTE_FRACTION: f64 = 0.1;
-/// Largest relative accuracy that is derived from absolute tolerances.
+/// Largest relative accuracy derived from absolute tolerances.
 const MAX_ACCURACY: f64 = 1e-6;
 
 /// Selection of the step size.
@@ -133,7 +133,8 @@ pub struct RadauOptions {
     pub max_error_test_failures: usize,
     /// Maximum number of failures to solve the stage equations in one step; 10 by default.
     pub max_convergence_failures: usize,
-    /// Maximum number of Newton iterations in one solve. The default is 7 for up to 3 stages, 12 for 5, and 17 for 7.
+    /// Maximum number of Newton iterations in one solve. The default is 7 for up to 3 stages, 12 for 5 stages, and 17
+    /// for 7 stages.
     pub max_newton_iterations: Option<usize>,
     /// Newton's method has converged if its estimated error is below this fraction of the tolerance for the estimate.
     /// The default is 1/30 of the tolerance for the solution, or a tenth of this value if a variable has index 2 or 3.
@@ -329,7 +330,7 @@ impl RadauOptions {
     }
 
     /// Returns the relative tolerance for the solution that corresponds to the tolerance `internal` for the estimate,
-    /// or the relative tolerance of the options if that is smaller.
+    /// or the relative tolerance of the options if it is smaller.
     pub(crate) fn relative_for(&self, internal: f64) -> f64 {
         let s = self.stages as f64;
         let relative = match self.tolerances_for_solution {

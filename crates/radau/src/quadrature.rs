@@ -16,9 +16,9 @@ use crate::work::Counters;
 
 /// Integrates q̇ = g(t, y, ẏ) with the weights of the method.
 ///
-/// The result is the same as if q were part of the unknowns. Therefore, q has the order of the solution, at most 2s −
-/// 1, and dense output is available as for other variables. The increments are h Σ_j a_ij g_j with g at the stages, and
-/// the last increment is h Σ_j b_j g_j, so no equations have to be solved.
+/// The result is the same as if q were part of the unknowns. Therefore, q has the order of the solution (at most
+/// 2s − 1), and dense output is available as for other variables. The increments are h Σ_j a_ij g_j with g at the
+/// stages, and the last increment is h Σ_j b_j g_j, so no equations have to be solved.
 pub(crate) struct Quadrature<P> {
     rates: Box<RootFunctions<P>>,
     /// Matrix A, row by row.

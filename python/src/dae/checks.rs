@@ -62,8 +62,7 @@ pub(super) fn check_matrices(
 /// turn.
 const FRACTIONS: [f64; 3] = [0.31, 0.62, 0.87];
 
-/// Number of steps at the start, all of which are checked. After these, a step is checked only if its number is a power of
-/// two.
+/// Number of first steps, which are all checked. Later steps are checked only if their number is a power of two.
 pub(super) const FIRST_STEPS: usize = 12;
 
 /// Checks the equations within the last step, whose number is `n_steps`. Returns a violated equation, if any.

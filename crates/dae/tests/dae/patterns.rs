@@ -227,7 +227,7 @@ fn rounding_errors_are_not_entries() {
     assert!(rounded > n);
 }
 
-/// Sets all concentrations to zero, so that most directions leave the domain.
+/// Uses zero concentrations, so that most directions leave the domain.
 #[test]
 fn entries_are_found_at_the_border_of_the_domain() {
     let n = 10;

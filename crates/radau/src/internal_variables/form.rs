@@ -12,8 +12,8 @@ const MAX_STAGES: usize = 7;
 pub(super) const BEGIN: usize = 0;
 /// Index of the change of the driving quantity when y changes by its estimated error.
 pub(super) const CHANGE: usize = MAX_STAGES + 1;
-/// Indices that are used if the estimate is repeated at y minus its first estimated error: the driving quantity at this
-/// point, and its change when y changes by the second estimated error.
+/// Indices for a repeated estimate at y minus its first estimated error: the driving quantity at this point, and its
+/// change when y changes by the second estimated error.
 pub(super) const SHIFTED: usize = CHANGE + 1;
 pub(super) const SHIFTED_CHANGE: usize = CHANGE + 2;
 pub(super) const N_DRIVING: usize = CHANGE + 3;

@@ -22,8 +22,8 @@ use crate::method::Method;
 ///
 /// by least squares, with separate coefficients for each column. S satisfies linear equations that depend on the state.
 /// Therefore, the curve of S over the next step is nearly the same combination of the curves over the previous steps.
-/// Vibrations and decaying terms are combinations of a few such curves, even over steps too long for
-/// polynomial extrapolation.
+/// Vibrations and decaying terms are combinations of a few such curves, even over steps too long for polynomial
+/// extrapolation.
 #[derive(Debug)]
 pub(super) struct History {
     /// Maximum number of stored steps.

@@ -1,4 +1,4 @@
-//! Data of a run that are stored for the backward pass.
+//! Data of a run, stored for the backward pass.
 
 use myovib_dae::{IntegratorError, LinearSolver, Outcome, Problem};
 

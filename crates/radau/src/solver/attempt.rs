@@ -209,7 +209,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 return Err(failure);
             };
             self.counters.statistics.newton_failures += 1;
-            // The reason for slow convergence may be that the Jacobian is from an earlier step.
+            // If the Jacobian is from an earlier step, it may be the reason for slow convergence.
             let slow = rejection.reason == StopReason::ConvergenceFailures;
             if slow && self.jacobian != JacobianAge::Current {
                 self.jacobian = JacobianAge::Due;

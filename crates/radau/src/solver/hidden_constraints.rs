@@ -18,8 +18,9 @@ const MOVES: usize = 8;
 /// Relative rounding error of variables, below which violations are not reduced.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Maximum relative difference between the velocity errors measured with two step sizes at which they are attributed to
-/// the initial values. In contrast, errors of the steps are proportional to a power of h, and rounding errors to 1/h.
+/// Maximum relative difference between velocity errors measured with two step sizes, up to which these errors are
+/// attributed to the initial values. In contrast, errors of the steps are proportional to a power of h, and rounding
+/// errors to 1/h.
 const AGREEMENT: f64 = 0.2;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
