@@ -65,7 +65,7 @@ class Facts(NamedTuple):
     pattern: Pattern | None
     # Index of each variable, if given.
     indices: list[int] | None
-    # Returns the solution up to the time of the stop; with `t_eval`, the last output may be far from it.
+    # Returns the solution up to the time of the stop; with `t_eval`, the last output may be far from this time.
     up_to_stop: Callable[[], DaeSolution | None] = lambda: None
 
 

@@ -147,7 +147,7 @@ def _pattern_of_jacobian(
     parts = list(jacobian(t, y, yp))
     if not all(hasattr(part, "tocoo") for part in parts):
         return None
-    # A second state also finds entries that vanish at the start, for example at rest.
+    # At the second state, entries that vanish at the start, for example at rest, are also found.
     steps = 1.0 + 0.618 * np.arange(len(y)) % 1.0
     try:
         nearby = jacobian(t, y + steps * (1.0 + np.abs(y)), yp + steps * (1.0 + np.abs(yp)))

@@ -79,8 +79,8 @@ def kinked(residual: Function, solution: DaeSolution | None, rtol: float, atol: 
                 moved = [np.array(residual(t, y + c * unit, yp), dtype=float) for c in (1, -1, 0.25, -0.25)]
                 changes = np.array(moved) - base
                 bend, near = np.abs(changes[0] + changes[1]), np.abs(changes[2] + changes[3])
-                # At a quarter of the distance, the bend of a smooth function is 1/16 as large, and that of a kink is
-                # 1/4 as large.
+                # At a quarter of the distance, the bend of a smooth function is 1/16 as large, and the bend of a kink
+                # is 1/4 as large.
                 is_bent = bend > BEND * (np.abs(changes[0]) + np.abs(changes[1]))
                 is_bent &= (near > 0.2 * bend) & (near < 0.3 * bend)
                 # Bends caused by rounding errors differ between distances.
@@ -132,7 +132,8 @@ def jumping(
                     is_found = _jumps(function, distance) > smallest
                 except Exception:
                     break
-                # Rounding errors change F once within a short distance, but more often within a longer distance.
+                # Within a short distance, rounding errors may change F only once, as a jump does. Within the next
+                # distance, they change F several times.
                 if (was_found & is_found).any():
                     return np.flatnonzero(was_found & is_found).tolist(), variable
                 was_found = is_found

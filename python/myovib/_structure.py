@@ -368,7 +368,7 @@ class Structure:
         # In the given units, rounding errors of the quotients are small. In balanced units, small entries of null vectors
         # are also detected.
         is_free = (self._null(columns) | self._null(self._balanced(columns))) & self.algebraic
-        # Coefficients that differ by more than 1/RANK do not make a matrix singular.
+        # A matrix is not necessarily singular if its coefficients differ by more than 1/RANK.
         if is_free.any() and self._has_entries(columns):
             is_free &= ~self._determined()
         return np.flatnonzero(is_free).tolist()

@@ -38,7 +38,7 @@ pub(crate) struct Request {
     directions: Vec<i8>,
     /// For each event, the occurrence that ends the integration, counted from 1; 0 if no occurrence does.
     terminal: Vec<usize>,
-    /// Values of the events just before the span; given if the span starts at a break.
+    /// Values of the events just before the start of the span; given if the span starts at a break.
     events_before: Option<Vec<f64>>,
     algebraic: Option<Vec<bool>>,
     index: Option<Vec<u8>>,

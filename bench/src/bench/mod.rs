@@ -81,7 +81,7 @@ impl BenchArgs {
     }
 }
 
-/// Returns whether to continue. It returns false after Ctrl-C and is called between two runs.
+/// Returns whether to continue, which is false after Ctrl-C. It is called between runs.
 fn goes_on() -> bool {
     !interrupt::flag().load(Ordering::Relaxed)
 }

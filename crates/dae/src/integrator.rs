@@ -23,8 +23,8 @@ pub enum ConsistencyMode {
 /// An integration of a [`Problem`], which the integrator owns.
 ///
 /// # Times
-/// After every call, whatever its result, [`t`](Integrator::t), [`y`](Integrator::y) and [`y_dot`](Integrator::y_dot)
-/// describe the last time reached. A step may end beyond `t` if it contains a root or an output time; dense output
+/// After every call, even after an error, [`t`](Integrator::t), [`y`](Integrator::y) and [`y_dot`](Integrator::y_dot)
+/// refer to the last time reached. A step may end beyond `t` if it contains a root or an output time; dense output
 /// covers the whole step.
 ///
 /// The integrator never steps over a *stop time*. A stop time applies once: when it is reached, the call returns
@@ -160,8 +160,8 @@ pub trait Integrator<P: Problem> {
     /// Returns the problem.
     fn problem(&self) -> &P;
 
-    /// Returns the problem, for example to change its parameters. Its size and pattern must not change. After a change
-    /// that causes a jump of y or ẏ, call [`reinit`](Integrator::reinit).
+    /// Returns the problem for modification, for example of its parameters. Its size and pattern must not change. After
+    /// a modification that causes a jump of y or ẏ, call [`reinit`](Integrator::reinit).
     fn problem_mut(&mut self) -> &mut P;
 }
 

@@ -66,7 +66,7 @@ pub struct Stop {
     pub statistics: Statistics,
     /// Components with the largest weighted local errors in the last attempt, in descending order.
     pub worst_components: Vec<WorstComponent>,
-    /// Entry of the Jacobian provided by the problem that seems to be wrong at the time reached.
+    /// Entry of the problem's Jacobian that seems to be wrong at the time reached.
     pub wrong_entry: Option<WrongEntry>,
     /// Suggested remedies, the most likely first; empty if none is known.
     pub remedies: Vec<Remedy>,

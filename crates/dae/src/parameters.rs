@@ -169,8 +169,8 @@ pub trait Parameters<P: ?Sized> {
     }
 }
 
-/// Parameters read and changed by two functions. ∂F/∂p is computed by central differences about the current
-/// values of the problem.
+/// Parameters that one function reads and another function changes. ∂F/∂p is computed by central differences about the
+/// current values of the problem.
 ///
 /// The displacement is ε^(1/3) times |p| or the scale, whichever is larger. The relative truncation and rounding errors
 /// are then about ε^(2/3) = 4e-11.

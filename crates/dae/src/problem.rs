@@ -106,7 +106,7 @@ pub trait Problem {
     }
 
     /// Returns whether each variable is differential or algebraic (`id` of IDAS). By default, the kinds are determined
-    /// numerically at the start, see [`kinds_at`](crate::kinds_at).
+    /// numerically at the start; see [`kinds_at`](crate::kinds_at).
     fn kinds(&self) -> Option<Vec<VariableKind>> {
         None
     }

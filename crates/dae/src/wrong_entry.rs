@@ -6,7 +6,7 @@ use crate::linearization::Linearization;
 use crate::pattern::{DIRECTIONS, Probe, ROUNDING, Unexplained, bisect, equal_displacement};
 use crate::problem::{Problem, StepError};
 
-/// An entry of the Jacobian provided by a problem that differs from difference quotients of the residual.
+/// An entry of a problem's Jacobian that differs from difference quotients of the residual.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WrongEntry {
     /// Index of the equation.

@@ -241,8 +241,8 @@ impl<Q> ForwardSensitivities<Q> {
         solver.integrate_watched(t_out, &mut |solver| self.follow(solver))
     }
 
-    /// Advances the sensitivities over the last accepted step of the solver. Does nothing without a new step. Must
-    /// be called after each [`RadauSolver::step`].
+    /// Advances the sensitivities over the last accepted step of the solver. Does nothing if the solver has not taken a
+    /// new step. Must be called after each [`RadauSolver::step`].
     ///
     /// # Errors
     /// Returns [`RadauError::Sensitivity`] if the linear equations cannot be solved, [`RadauError::Missed`] if more

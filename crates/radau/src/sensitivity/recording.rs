@@ -120,8 +120,8 @@ impl Recording {
         solver.integrate_watched(t_out, &mut |solver| self.follow(solver))
     }
 
-    /// Records the last accepted step of the solver. Does nothing without a new step. Must be called after each
-    /// [`RadauSolver::step`].
+    /// Records the last accepted step of the solver. Does nothing if the solver has not taken a new step. Must be
+    /// called after each [`RadauSolver::step`].
     ///
     /// # Errors
     /// Returns [`RadauError::Missed`] if more than one step was taken since the last call, and
