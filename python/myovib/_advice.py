@@ -109,7 +109,7 @@ class Ending:
 
     @cached_property
     def singular(self) -> str:
-        """Description of equations that do not determine all variables; empty if all are determined."""
+        """Description of equations that do not determine all variables; empty if they determine all variables."""
         # A state that Newton's method or the error test does not accept may be far from the solution.
         described = describe_singular(self.structure) if all(describe_singular(other) for _, other in self.earlier) else ""
         # Close to a pole, the largest terms hide the other terms, so the description must also hold at the start.

@@ -88,7 +88,7 @@ def wrong_entry(
 def missing_entry(
     solution: DaeSolution, residual: Function, pattern: Pattern, rtol: float, atol: Array
 ) -> str | None:
-    """Return a note on an entry of the Jacobian, nonzero at the last state, that the pattern omits."""
+    """Return a note on an entry of the Jacobian that is nonzero at the last state but missing in the pattern."""
     if not solution.t.size:
         return None
     y, yp = solution.y[:, -1], solution.yp[:, -1]

@@ -52,7 +52,7 @@ class Probe(Mapping[str, Array]):
         return self[f"{name}_amplitude"]
 
     def phase(self, name: str) -> Array:
-        """Return the phase of a value of a response, in degrees. A value with a positive phase leads the drive."""
+        """Return the phase of a value of a response, in degrees. A value with a positive phase leads the load."""
         return self[f"{name}_phase"]
 
     def complex(self, name: str) -> NDArray[np.complex128]:
@@ -284,7 +284,7 @@ class RunResult(_Stored):
 
     @property
     def fields(self) -> Fields | None:
-        """Fields, or None if the scene requests none or the folder does not exist."""
+        """Fields, or None if the scene requests no fields or the folder does not exist."""
         return Fields._of(self.folder)
 
     @property

@@ -586,7 +586,7 @@ def _entry(value: Any) -> str:
 
 
 class _Line:
-    """Shows progress as a line on standard error, and clears this line at the end."""
+    """Progress shown as a line on standard error, which is cleared at the end."""
 
     def __init__(self, progress: Progress) -> None:
         self._shown = 0

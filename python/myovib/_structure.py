@@ -412,7 +412,7 @@ class Structure:
 
     @staticmethod
     def _null(matrix: Array) -> NDArray[np.bool_]:
-        """Return which columns have a nonzero entry in some vector of the null space."""
+        """Return a mask of the columns that have a nonzero entry in some vector of the null space."""
         return _null(matrix)
 
     @staticmethod
@@ -475,7 +475,7 @@ def _balanced(matrix: Array) -> Array:
 
 
 def _null(matrix: Array) -> NDArray[np.bool_]:
-    """Return which columns have a nonzero entry in some vector of the null space."""
+    """Return a mask of the columns that have a nonzero entry in some vector of the null space."""
     if not matrix.size:
         return np.zeros(matrix.shape[1], dtype=bool)
     for axis in (1, 0):

@@ -51,7 +51,7 @@ pub(crate) struct Request {
     atol: Vec<f64>,
     /// Output times in the direction of integration; `None` for an output after every step.
     t_eval: Option<Vec<f64>>,
-    /// Size of the first step, with the direction of the span.
+    /// Size of the first step, which has the direction of the span.
     first_step: Option<f64>,
     max_step: Option<f64>,
     /// Time scale for measuring the errors of multipliers.

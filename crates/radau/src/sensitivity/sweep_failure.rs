@@ -5,7 +5,7 @@ use myovib_dae::StepError;
 use super::krylov::Stalled;
 use crate::failure::Failure;
 
-/// Failures of the linear solves.
+/// Failure of a linear solve or of a function.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum SweepFailure {
     #[error(transparent)]

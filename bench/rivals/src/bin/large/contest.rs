@@ -104,7 +104,7 @@ impl Time {
     }
 }
 
-/// Solver that takes part in the comparison.
+/// Solver in the comparison.
 struct Entrant<'a, T> {
     solver: Box<dyn Solver<T> + 'a>,
     cost: Cost,
