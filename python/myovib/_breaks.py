@@ -93,7 +93,7 @@ def _with_free_rates(
     tolerances: tuple[float, Array],
     structure: Structure,
 ) -> Array:
-    """Compute the part of y' that F does not contain from the derivative of F = 0 at `times[0]`, and return y'.
+    """Return y' with the components that F does not contain, computed from the derivative of F = 0 at `times[0]`.
 
     BDF predicts the first step with these derivatives, and the error test fails if they are wrong. Returns y' unchanged if
     the derivative of F = 0 does not determine this part, or if F has a kink at y.

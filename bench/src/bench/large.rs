@@ -75,7 +75,7 @@ struct MemoryUse {
     off: f64,
 }
 
-/// Measurement of the spindle with one number of cells.
+/// Measurement of the spindle for one mesh.
 #[derive(Serialize)]
 struct Level {
     cells: [usize; 2],

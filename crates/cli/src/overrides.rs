@@ -1,4 +1,4 @@
-//! Conversion of options that change a scene to overrides, as accepted by `--set`.
+//! Conversion of options that modify a scene into overrides of the form accepted by `--set`.
 
 use std::path::Path;
 

@@ -14,7 +14,8 @@ const RESOLVED: f64 = 1e4;
 /// also tried. For a quadratic F, this fraction is the relative error of the quotient.
 const COARSE: f64 = 0.1;
 
-/// Fine displacement as a fraction of the variable or of its change in the step. For a quadratic F, the quotient is
+/// Fine displacement (small increment of a difference quotient) as a fraction of the variable or of its change in the
+/// step. For a quadratic F, the quotient is
 /// accurate to four digits. The fraction is much larger than √ε to limit rounding errors, because the slow solutions of
 /// stiff equations may depend on small differences between large entries.
 const FRACTION: f64 = 1e-4;
@@ -143,7 +144,7 @@ impl Differences {
         })
     }
 
-    /// Replaces the difference quotients of a group by quotients for fine displacements where these are more accurate.
+    /// Replaces the difference quotients of a group by quotients with fine displacements where the latter are more accurate.
     fn refine<P: Problem + ?Sized>(
         &mut self,
         problem: &mut P,
@@ -307,7 +308,7 @@ pub(crate) enum Perturbation {
     Usual,
     /// By −δ_j.
     Back,
-    /// Away from zero by δ_j with √ε/w_j instead of 1/w_j, so that a positive variable remains positive even if it is
+    /// Away from zero by δ_j, computed with √ε/w_j instead of 1/w_j, so that a positive variable remains positive even if it is
     /// close to zero.
     SlightlyAway,
     /// Toward zero, by the same distance.

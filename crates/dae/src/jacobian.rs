@@ -37,7 +37,7 @@ pub struct Jacobian {
     pattern: SparsityPattern,
     /// Workspace for difference quotients, used if the problem does not implement its Jacobian.
     differences: Option<Differences>,
-    /// Whether quotients for coarse displacements are compared with quotients for fine displacements.
+    /// Whether difference quotients with coarse displacements are compared with quotients with fine displacements.
     refines: bool,
 }
 

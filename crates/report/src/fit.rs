@@ -184,7 +184,7 @@ fn idle(result: &FitResult) -> Option<String> {
     ))
 }
 
-/// Explains the mark on intervals that exceed a bound.
+/// Returns a note that explains the mark shown at intervals that exceed a bound, if there are such intervals.
 fn passing(result: &FitResult) -> Option<String> {
     let names = named(result, |j| result.passes_bound(j))?;
     let remedy = match result.profiles.is_empty() {

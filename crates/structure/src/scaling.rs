@@ -46,7 +46,7 @@ pub(crate) fn scale(pencil: &Pencil) -> (DMatrix<f64>, DMatrix<f64>) {
     (scaled(pencil.e(), 1.0), scaled(pencil.a(), 0.0))
 }
 
-/// A non-zero entry; `time` is 1 in E and 0 in A.
+/// A non-zero entry of the pencil (E, A). `time` is the power of the unit of time: 1 in E and 0 in A.
 struct Entry {
     row: usize,
     column: usize,

@@ -236,8 +236,8 @@ impl<B> Multirate<B> {
         fits
     }
 
-    /// Returns the magnitude and error of the driving of network `k`, or `None` if the body does not drive this
-    /// network.
+    /// Returns the magnitude and the error of the displacement that drives network `k`, or `None` if the body does not
+    /// drive this network.
     pub fn driving(&self, k: usize) -> Option<Driving> {
         let own = self.chains().oscillators(k);
         let points = own.sources().iter().filter_map(Source::step_point);

@@ -56,7 +56,7 @@ impl Krylov {
     /// Adds the solution of K d = `r` to `x` with a residual norm of about `tolerance`. `apply` replaces v by K v.
     ///
     /// At the end, the remaining residual r is added to the solution. As K is close to the identity, the new residual
-    /// r − K r is smaller. The contraction measured for the last direction is assumed.
+    /// r − K r is smaller. Its norm is estimated from the contraction measured for the last direction.
     ///
     /// # Shapes
     /// `weights`: relative weights of the components; all slices have the same length.

@@ -74,7 +74,7 @@ fn closed_forms_of_index_0_to_3_are_met_at_ten_times_the_tolerance() {
     }
 }
 
-/// Returns the error of the multiplier, the last component, and the largest error of its sensitivities p̄ S, each
+/// Returns the error of the multiplier (the last component) and the largest error of its sensitivities p̄ S, each
 /// relative to 1 plus the magnitude of the exact value.
 fn multiplier_error<S: ParametricSample + Copy + 'static>(
     sample: S,

@@ -1,8 +1,8 @@
-//! Figures for print, drawn as SVG in points at the width of a journal column. Pixels and animations are made from the
-//! same SVG.
+//! Figures for print, drawn as SVG in points at the width of a journal column. Images and animations are rendered
+//! from the same SVG.
 //!
-//! A [`Figure`] arranges [`Panel`]s on a grid. Panels are a [`LinePlot`] (linear or logarithmic), a [`ComplexPlane`], a
-//! [`MeshPlot`], a [`SurfacePlot`] and a [`HeatMap`]. [`raster`] converts a figure to pixels, and [`movie`] converts a
+//! A [`Figure`] arranges [`Panel`]s on a grid. A panel is a [`LinePlot`] (linear or logarithmic), a [`ComplexPlane`], a
+//! [`MeshPlot`], a [`SurfacePlot`] or a [`HeatMap`]. [`raster`] converts a figure to pixels, and [`movie`] converts a
 //! sequence of figures to an animated GIF. Panels contain plain numbers and no physics. Labels may use `_{…}`, `^{…}`
 //! and `*…*` (italic); see [`text`].
 

@@ -23,8 +23,7 @@ pub(crate) enum InvalidPlace {
 
 /// A kind of probe and its keys in a scene.
 pub(crate) trait Kind {
-    /// Returns the quantities of the probe's columns, except for quantities that [`Quantity`](myovib_model::Quantity)
-    /// describes.
+    /// Returns the kinds of the probe's columns, except for those that [`Quantity`](myovib_model::Quantity) describes.
     fn columns() -> &'static [ColumnKind]
     where
         Self: Sized,

@@ -36,7 +36,8 @@ fn fields_have_the_amplitudes_of_probes() {
     }
 }
 
-/// Regression: lists of fields of the user were found only after the computation, and tables had already been written.
+/// Regression: a user's file with the name of a list of fields was found only after the computation, when tables had
+/// already been written.
 #[test]
 fn a_list_of_the_user_is_found_before_anything_is_written() {
     let set = vec!["response.fields=[40.0]".to_owned()];

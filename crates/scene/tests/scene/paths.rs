@@ -175,7 +175,7 @@ fn a_bar_is_stretched_in_as_many_iterations_for_any_mesh() {
     }
 }
 
-/// Runs a square whose sides are displaced by -`factor` x² along x, so that det F is 1 - 2 `factor` x.
+/// Runs a scene with a square whose sides are displaced by -`factor` x² along x, so that det F is 1 - 2 `factor` x.
 fn squeezed(factor: f64, kappa: f64, more: &str) -> RunResult {
     run(&square_squeezed("analysis = \"static\"", &format!("-{factor}"), kappa, more))
 }

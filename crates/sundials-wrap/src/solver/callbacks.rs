@@ -151,7 +151,7 @@ pub(super) struct FailureLog {
 }
 
 impl FailureLog {
-    /// Returns the answer to IDAS for the `result` of a function, and records a failure. A result is successful only if
+    /// Converts the `result` of a function to the return code that IDAS expects, and records a failure. A result is successful only if
     /// all `values` are finite.
     pub(super) fn answer(
         &mut self,

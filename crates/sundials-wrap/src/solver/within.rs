@@ -46,7 +46,7 @@ impl End {
 }
 
 impl WithinStep {
-    /// Forgets the start of the step; the end of the step is then accepted.
+    /// Forgets the start of the step. The end of the step is then accepted without a check within the step.
     pub(super) fn forget_start(&mut self) {
         self.start.y.clear();
     }

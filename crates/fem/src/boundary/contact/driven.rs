@@ -21,8 +21,8 @@ pub struct DrivenSlope {
 impl RigidContact {
     /// Returns the displacement of the obstacle along the unit vector `direction` at which the component of the
     /// contact force along `direction` is `force`. Returns NaN if the obstacle passes by the body. For a force of
-    /// zero, the obstacle only touches the body; with multipliers, it is at the distance at which they begin to
-    /// press.
+    /// zero, the obstacle only touches the body; with multipliers, it is at the distance at which the contact force
+    /// becomes nonzero.
     pub fn displacement_under(&self, force: f64, direction: &[f64], u: &[f64]) -> f64 {
         in_dimension!(self.boundary.dimension, |D| {
             let direction: [f64; D] = std::array::from_fn(|i| direction[i]);
