@@ -113,7 +113,7 @@ impl Source {
                 let error = InputError::new(message).at(&place);
                 match n_entries {
                     Some(n) => error
-                        .found(format!("{n} entries, counted from 0"))
+                        .allowed(format!("numbers below {n}"))
                         .next(format!("set the whole list `{path_so_far}` to add an entry")),
                     None => error,
                 }
