@@ -314,8 +314,9 @@ const CHATTERING: &str = "F may switch back and forth at every step (chattering)
      with rounding errors near them, has the same effect: list their times in `breaks`, and compute it without \
      cancellation";
 /// Possible reason why steps become much shorter if BDF tests the errors of sensitivities.
-const SENSITIVITIES: &str = "BDF also tests the errors of the sensitivities; use a Radau method, whose steps do not depend \
-     on them, or compute without `parameters` to see whether the solution alone needs short steps";
+const SENSITIVITIES: &str = "BDF also tests the errors of the sensitivities, which need short steps if large ones almost \
+     cancel: compute without `parameters` to see whether the solution alone needs them, and compare sensitivities by \
+     other methods with differences of solutions";
 
 /// Returns the message for a step limit that was reached at `t`. The first half of the steps reached `t_halfway`. If the
 /// steps have become much shorter in the second half, the message names a possible `reason`.
